@@ -1,0 +1,134 @@
+"""Draws the pictures of the docs: one per category that shows the conventions.
+
+Run from the repository's root after `pip install -e '.[train]'`:
+
+    python docs/make_pictures.py
+
+Every picture is an object of the project's own generators, under its true pose. With `--photos`
+it also draws what the shipped model says about the example photos (docs/images/prediction.jpg).
+"""
+
+import argparse
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+from PIL import Image
+
+import r2art
+from r2art.core.image import read_image
+from r2art.core.prediction import Prediction
+from r2art.data.pose import posed_vertices, root_T_part, transformed
+from r2art.data.procedural import GENERATORS, make_instance
+from r2art.data.procedural.prior import category_prior
+from r2art.data.render import GAMMA, Light, Scene, render
+from r2art.data.sample import Sample
+from r2art.data.scene import View, place_object
+from r2art.learn.scores import truth
+
+ROOT = Path(__file__).resolve().parent.parent
+SIZE = 800  # px
+STUDIO = 0.82  # linear grey of the backdrop
+# Which object, and how far each of its joints is open: degrees or metres.
+SHOWN = {"laptop": (3, (np.radians(108),)), "drawer": (5, (0.0, 0.22, 0.1))}
+
+
+def studio_lights(cam_R_root: np.ndarray) -> tuple[Light, ...]:
+    """Two soft lamps, from the upper left and from the right."""
+    lamps = ((-0.5, 0.8, 0.6, 2.2), (0.8, 0.5, 0.4, 0.9))
+    directions = [cam_R_root @ np.array(d[:3]) / np.linalg.norm(d[:3]) for d in lamps]
+    return tuple(
+        Light(direction=tuple(d.tolist()), color=(lamp[3],) * 3, radius=0.12)
+        for d, lamp in zip(directions, lamps, strict=True)
+    )
+
+
+def photograph(category: str) -> Prediction:
+    """One object on a plain backdrop and its true pose, as a prediction that can be drawn."""
+    seed, states = SHOWN[category]
+    instance = make_instance(category, seed)
+    joint_state = np.array(states)
+    root_T_parts = root_T_part(instance.joints, joint_state)
+    view = View(
+        azimuth=np.radians(32),
+        elevation=np.radians(28),
+        roll=0.0,
+        fov=np.radians(36),
+        fill=0.78,
+        place=(0.5, 0.5),
+    )
+    camera, cam_T_root, box = place_object(view, posed_vertices(instance, root_T_parts), SIZE)
+    cam_T_part = cam_T_root @ root_T_parts
+    surfaces, labels = [], []
+    for k, part in enumerate(instance.parts):
+        surfaces += [transformed(surface, cam_T_part[k]) for surface in part]
+        labels += [k + 1] * len(part)
+    scene = Scene(
+        surfaces=surfaces,
+        labels=labels,
+        lights=studio_lights(cam_T_root[:3, :3]),
+        environment=np.full((16, 32, 3), 0.9, np.float32),
+        world_R_cam=cam_T_root[:3, :3].T,
+        show_environment=False,
+    )
+    frame = render(scene, camera, seed=0)
+    radiance = 0.3 * frame.rgb + (1 - frame.coverage[..., None]) * STUDIO
+    pixels = (255 * np.clip(radiance, 0, 1) ** (1 / GAMMA) + 0.5).astype(np.uint8)
+    box_center, box_size = instance.part_boxes()
+    sample = Sample(
+        image=pixels,
+        mask=frame.label,
+        depth=frame.depth,
+        camera=camera,
+        box=box,
+        cam_T_part=cam_T_part,
+        joint_state=joint_state,
+        box_center=box_center,
+        box_size=box_size,
+        axis=np.array([j.axis for j in instance.joints]),
+        pivot=np.array([j.pivot for j in instance.joints]),
+        visible=np.ones(len(instance.parts)),
+    )
+    names = replace(category_prior(category, range(4)), joints=instance.joints)
+    return replace(truth(sample, names), photo=read_image(pixels))
+
+
+def draw_conventions(folder: Path) -> None:
+    """One picture per category: part boxes, joint axes and the root frame."""
+    for category in GENERATORS:
+        path = folder / f"convention_{category}.png"
+        photograph(category).draw().save(path)
+        print(f"wrote {path}")
+
+
+def draw_examples(folder: Path) -> None:
+    """The example photos with what the shipped model says, side by side."""
+    predictor = r2art.load()
+    photos = sorted((ROOT / "examples").glob("*.png"))
+    drawn = [predictor.predict(photo).draw() for photo in photos]
+    height = min(picture.height for picture in drawn)
+    drawn = [p.resize((round(p.width * height / p.height), height)) for p in drawn]
+    sheet = Image.new("RGB", (sum(p.width for p in drawn), height), "white")
+    left = 0
+    for picture in drawn:
+        sheet.paste(picture, (left, 0))
+        left += picture.width
+    sheet.thumbnail((1600, 1600))
+    sheet.save(folder / "prediction.jpg", quality=88)
+    print(f"wrote {folder / 'prediction.jpg'}")
+
+
+def main() -> None:
+    """Draw the pictures that were asked for."""
+    parser = argparse.ArgumentParser(description="Draw the pictures of the docs.")
+    parser.add_argument("--photos", action="store_true", help="draw the example photos too")
+    args = parser.parse_args()
+    folder = ROOT / "docs" / "images"
+    folder.mkdir(exist_ok=True)
+    draw_conventions(folder)
+    if args.photos:
+        draw_examples(folder)
+
+
+if __name__ == "__main__":
+    main()

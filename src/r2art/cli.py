@@ -1,0 +1,234 @@
+"""The command line: the only place that parses arguments, prints, and knows exit codes.
+
+A subcommand is one function listed in `COMMANDS`: its parameters are its options, its docstring
+is its help, and it returns the exit code. It imports what it needs when it runs, so that
+`r2art predict` neither waits for torch nor needs it.
+"""
+
+import os
+import sys
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import numpy as np
+import tyro
+from tyro.conf import DisallowNone, FlagCreatePairsOff, Positional, arg
+from tyro.constructors import PrimitiveConstructorSpec
+
+from r2art.core.camera import Camera
+from r2art.core.errors import InputError, R2ArtError, UsageError
+from r2art.run.report import print_table, print_warnings, progress, say
+
+if TYPE_CHECKING:
+    from r2art.core.image import Photo
+    from r2art.core.prediction import Prediction
+
+USAGE, INTERRUPTED = 2, 130
+DEFAULT_OUT = Path("r2art_out")
+TRAIN_EXTRA = frozenset(
+    {
+        *("accelerate", "jaxtyping", "matplotlib", "onnx", "pyarrow"),
+        *("safetensors", "scipy", "timm", "torch", "warp"),
+    }
+)
+
+HELP = """usage: r2art COMMAND ...
+
+Pose of every part and state of every joint of an articulated object, from one photo.
+
+commands:
+{commands}
+
+examples:
+  r2art predict laptop.jpg                      overlay, JSON and 3D scene into r2art_out/
+  r2art predict photos/ "more/**/*.jpg"         folders and globs
+  r2art predict laptop.jpg --fov 65             the camera's field of view, in degrees
+  r2art predict drawer.png --category drawer --box 80 40 520 460
+  r2art predict laptop.jpg --json               JSON on stdout, no files
+
+exit codes: 0 all done; 2 an argument cannot be meant; 3 an image is unreadable or unusable (the
+others are done); 4 no usable model
+
+r2art COMMAND --help lists a command's options; r2art --version prints the version."""
+
+Numbers = tuple[float, float, float, float]
+
+# Without it tyro lets an optional tuple swallow the images that follow it.
+FOUR = PrimitiveConstructorSpec(
+    nargs=4,
+    metavar="",
+    instance_from_str=lambda texts: tuple(map(float, texts)),
+    is_instance=lambda value: value is None or isinstance(value, tuple),
+    str_from_instance=lambda values: [str(v) for v in values or ()],
+)
+
+
+def _option(metavar: str, default: str) -> Any:
+    return arg(metavar=metavar, help_behavior_hint=f"(default: {default})")
+
+
+def predict(
+    images: Annotated[tuple[str, ...], Positional, arg(metavar="IMAGE...", help_behavior_hint="")],
+    /,
+    *,
+    category: Annotated[str | None, _option("NAME", "the model says")] = None,
+    box: Annotated[Numbers | None, FOUR, _option("X1 Y1 X2 Y2", "the model finds it")] = None,
+    camera: Annotated[
+        Numbers | None, FOUR, _option("FX FY CX CY", "EXIF, else a guess of 60°")
+    ] = None,
+    fov: Annotated[float | None, _option("DEG", "EXIF, else a guess of 60°")] = None,
+    model: Annotated[Path | None, _option("PATH", "the one inside r2art")] = None,
+    out: Annotated[Path | None, _option("DIR", f"{DEFAULT_OUT}, with --json none")] = None,
+    json: Annotated[bool, arg(help_behavior_hint="")] = False,
+) -> int:
+    """Estimate the pose of every part and the state of every joint in photos.
+
+    For each image NAME this writes NAME.overlay.png (part boxes, joint axes and the root frame
+    on the photo), NAME.json (documented in docs/prediction.md) and NAME.glb (a 3D scene of the
+    posed parts).
+
+    Args:
+        images: Files, folders and globs.
+        category: What the object is.
+        box: A box around the whole object, in pixels of the upright photo.
+        camera: Focal lengths and principal point, in pixels of the upright photo.
+        fov: Field of view across the photo's longer side, instead of --camera.
+        model: A model that `r2art export` made.
+        out: Folder for the results; it is made if need be.
+        json: Print one line of JSON per image instead of a table.
+    """
+    if not images:
+        raise UsageError("no image given; try `r2art predict photo.jpg`")
+    _check_camera(camera, fov)
+
+    from r2art.core.image import read_image
+    from r2art.run.files import make_folder, result_names
+    from r2art.run.predictor import load
+
+    predictor = load(model)
+    if category is not None:
+        predictor.category(category)
+    if (folder := out or (None if json else DEFAULT_OUT)) is not None:
+        make_folder(folder)
+
+    paths, exit_code = _expand(images)
+    done: list[Prediction] = []
+    with progress(len(paths)) as advance:
+        for path, name in zip(paths, result_names(paths), strict=True):
+            try:
+                photo = read_image(path)
+                seen_by = _camera_of(photo, camera, fov)
+                prediction = predictor.predict(photo, seen_by, category, box)
+            except R2ArtError as error:
+                say("error", str(error))
+                exit_code = max(exit_code, error.exit_code)
+            else:
+                done.append(prediction)
+                if folder is not None:
+                    _save(prediction, photo, folder / name)
+                if json:
+                    print(prediction.to_json(), flush=True)
+            advance()
+    if done and not json:
+        print_table(done)
+    print_warnings(done)
+    if done and folder is not None:
+        name = Path(done[0].image_path or "").stem if len(done) == len(paths) == 1 else "NAME"
+        say("written", f"{folder / name}.overlay.png, {name}.json, {name}.glb")
+    return exit_code
+
+
+COMMANDS: dict[str, Callable[..., int]] = {"predict": predict}
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Run `r2art` with these arguments (else the process's) and return its exit code."""
+    arguments = list(sys.argv[1:] if argv is None else argv)
+    try:
+        return _dispatch(arguments)
+    except R2ArtError as error:
+        say("error", str(error))
+        return error.exit_code
+    except ModuleNotFoundError as error:
+        if (error.name or "").split(".")[0] not in TRAIN_EXTRA:
+            raise
+        needs = f"r2art {arguments[0]} needs `pip install 'r2art[train]'` ({error.name} is missing)"
+        say("error", needs)
+        return USAGE
+    except KeyboardInterrupt:
+        say("error", "interrupted")
+        return INTERRUPTED
+    except BrokenPipeError:  # the reader of our stdout has left, as `| head` does
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return 0
+
+
+def _dispatch(arguments: list[str]) -> int:
+    command, *rest = arguments or ["--help"]
+    if command in ("-h", "--help"):
+        summaries = {name: (f.__doc__ or "").splitlines()[0] for name, f in COMMANDS.items()}
+        print(HELP.format(commands="\n".join(f"  {n:<9} {s}" for n, s in summaries.items())))
+        return 0 if arguments else USAGE
+    if command == "--version":
+        from r2art import __version__
+
+        print(f"r2art {__version__}")
+        return 0
+    if command not in COMMANDS:
+        hint = f"r2art predict {command}" if Path(command).exists() else "r2art --help"
+        raise UsageError(f"no command {command!r}; try `{hint}`")
+    return tyro.cli(
+        COMMANDS[command],
+        prog=f"r2art {command}",
+        args=rest,
+        config=(DisallowNone, FlagCreatePairsOff),
+    )
+
+
+def _check_camera(camera: Numbers | None, fov: float | None) -> None:
+    """Refuse once what would otherwise be refused for every image."""
+    if camera is not None and fov is not None:
+        raise UsageError("--camera and --fov say the same thing; give one of them")
+    if camera is not None:
+        Camera(*camera, width=1, height=1)
+    if fov is not None:
+        Camera.from_fov(np.radians(fov), 1, 1)
+
+
+def _camera_of(photo: "Photo", camera: Numbers | None, fov: float | None) -> Camera | None:
+    if camera is not None:
+        return Camera(*camera, width=photo.width, height=photo.height)
+    if fov is not None:
+        return Camera.from_fov(np.radians(fov), photo.width, photo.height)
+    return None
+
+
+def _expand(patterns: Sequence[str]) -> tuple[list[Path], int]:
+    """Every image meant, once each, and the exit code so far."""
+    from r2art.run.files import find_images
+
+    found: dict[Path, Path] = {}
+    exit_code = 0
+    for pattern in patterns:
+        try:
+            for path in find_images(pattern):
+                found.setdefault(path.absolute(), path)
+        except InputError as error:
+            say("error", str(error))
+            exit_code = error.exit_code
+    return list(found.values()), exit_code
+
+
+def _save(prediction: "Prediction", photo: "Photo", stem: Path) -> None:
+    from io import BytesIO
+
+    from r2art.run.files import OVERLAY, write_whole
+    from r2art.run.glb import to_glb
+
+    png = BytesIO()
+    prediction.draw(photo).save(png, "PNG", compress_level=1)
+    write_whole(stem.with_name(stem.name + OVERLAY), png.getvalue())
+    json_text = prediction.to_json(indent=2) + "\n"
+    write_whole(stem.with_name(stem.name + ".json"), json_text.encode())
+    write_whole(stem.with_name(stem.name + ".glb"), to_glb(prediction))

@@ -1,0 +1,123 @@
+"""What is known of a category before any photo is seen. Data, never code.
+
+Conventions, the same for every category (docs/conventions.md shows them in pictures):
+part 0 is the root; the root frame's origin is the centre of the root part's box; x points
+right, y up and z to the front, as a user standing before the object sees it. At rest (all
+joint states 0: closed) every part frame is the root frame. Positive states open.
+"""
+
+import json
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import BinaryIO, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+JointKind = Literal["revolute", "prismatic"]
+FloatArray = NDArray[np.floating]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Joint:
+    """One joint of the rest pose. Joint ``j`` of a category moves part ``j + 1``.
+
+    ``axis`` (unit) and ``pivot`` (m) are given in the root frame at rest; ``limits`` are
+    radians for a revolute joint and metres for a prismatic one.
+    """
+
+    name: str
+    kind: JointKind
+    parent: int
+    axis: tuple[float, float, float]
+    pivot: tuple[float, float, float]
+    limits: tuple[float, float]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Category:
+    """A category's prior: its mean object, at rest, in the root frame (metres).
+
+    Attributes:
+        name: For instance ``"laptop"``.
+        part_names: P names, the root first.
+        joints: P - 1 joints, parents before children.
+        box_center: (P, 3) centre of each part's box.
+        box_size: (P, 3) full extents of each part's box.
+        points: (P, M, 3) points on the surface of each part.
+        normals: (P, M, 3) unit outward normals there.
+        areas: (P,) surface of each part (m²); each point stands for ``areas[p] / M``.
+        frontal_area: ``S_wld`` of Eq. 1: mean area (m²) of the 2D box around the object,
+            carried to the root's depth.
+    """
+
+    name: str
+    part_names: tuple[str, ...]
+    joints: tuple[Joint, ...]
+    box_center: FloatArray
+    box_size: FloatArray
+    points: FloatArray
+    normals: FloatArray
+    areas: FloatArray
+    frontal_area: float
+
+    def __post_init__(self) -> None:
+        for j, joint in enumerate(self.joints):
+            if not 0 <= joint.parent <= j:
+                raise ValueError(
+                    f"joint {j} of {self.name} hangs on part {joint.parent}, but only parts "
+                    f"0..{j} exist by then; order the joints parents-first"
+                )
+
+    @property
+    def diagonal(self) -> float:
+        """Diagonal (m) of the box around the whole mean object at rest."""
+        lower = (self.box_center - self.box_size / 2).min(axis=0)
+        upper = (self.box_center + self.box_size / 2).max(axis=0)
+        return float(np.linalg.norm(upper - lower))
+
+    def save(self, path: Path | BinaryIO) -> None:
+        """Write the prior as one ``.npz`` file (arrays, and the rest as JSON)."""
+        meta = {
+            "name": self.name,
+            "part_names": self.part_names,
+            "joints": [asdict(j) for j in self.joints],
+            "frontal_area": self.frontal_area,
+        }
+        np.savez_compressed(
+            path,
+            meta=json.dumps(meta),
+            box_center=self.box_center,
+            box_size=self.box_size,
+            points=self.points,
+            normals=self.normals,
+            areas=self.areas,
+        )
+
+    @classmethod
+    def load(cls, path: Path) -> "Category":
+        """Read a prior that :meth:`save` wrote."""
+        with np.load(path, allow_pickle=False) as f:
+            meta = json.loads(str(f["meta"]))
+            joints = tuple(
+                Joint(
+                    name=j["name"],
+                    kind=j["kind"],
+                    parent=j["parent"],
+                    axis=tuple(j["axis"]),
+                    pivot=tuple(j["pivot"]),
+                    limits=tuple(j["limits"]),
+                )
+                for j in meta["joints"]
+            )
+            return cls(
+                name=meta["name"],
+                part_names=tuple(meta["part_names"]),
+                joints=joints,
+                box_center=f["box_center"],
+                box_size=f["box_size"],
+                points=f["points"],
+                normals=f["normals"],
+                areas=f["areas"],
+                frontal_area=meta["frontal_area"],
+            )

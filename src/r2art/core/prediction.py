@@ -1,0 +1,258 @@
+"""What r2art says about one photo: the dataclasses behind the prediction JSON.
+
+Metres and radians; camera frame x right, y down, z forward. docs/prediction.md explains every
+field and `prediction.schema.json` beside this file is its JSON Schema.
+"""
+
+import json
+import re
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from r2art.core.camera import Camera
+from r2art.core.category import JointKind
+from r2art.core.errors import InputError
+from r2art.core.image import Box, ImageLike, Photo, read_image
+
+if TYPE_CHECKING:
+    from PIL import Image
+
+SCHEMA = "r2art/prediction/1"
+SCHEMA_FILE = Path(__file__).with_name("prediction.schema.json")
+FRAME = "opencv camera: x right, y down, z forward"
+UNITS = {"length": "m", "angle": "rad"}
+
+CameraSource = Literal["given", "exif", "guessed"]
+FloatArray = NDArray[np.floating]
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class PartEstimate:
+    """One rigid part.
+
+    Attributes:
+        name: For instance ``"lid"``.
+        cam_T_part: (4, 4) pose of the part's frame in the camera's.
+        box_center: (3,) centre of the part's box in the part's frame (m).
+        box_size: (3,) full extents of that box (m), all positive.
+        confidence: How much the model trusts this part, in [0, 1].
+    """
+
+    name: str
+    cam_T_part: FloatArray
+    box_center: FloatArray
+    box_size: FloatArray
+    confidence: float
+
+    def corners(self) -> FloatArray:
+        """(2, 2, 2, 3) corners of the box in the camera frame (m).
+
+        The three indices choose the lower (0) or upper (1) side along the part's x (right),
+        y (up) and z (front).
+        """
+        signs = np.stack(np.meshgrid([-1, 1], [-1, 1], [-1, 1], indexing="ij"), axis=-1)
+        in_part = self.box_center + signs * self.box_size / 2
+        return in_part @ self.cam_T_part[:3, :3].T + self.cam_T_part[:3, 3]
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class JointEstimate:
+    """One joint, and how far it is open.
+
+    Attributes:
+        name: For instance ``"hinge"``.
+        kind: ``"revolute"`` or ``"prismatic"``.
+        parent: Name of the part it hangs on.
+        child: Name of the part it moves.
+        state: Angle (rad) or distance (m) from closed; positive opens.
+        limits: The states the category knows, (closed, widest open).
+        axis: (3,) unit direction in the camera frame, now.
+        pivot: (3,) a point of the axis in the camera frame (m), now.
+    """
+
+    name: str
+    kind: JointKind
+    parent: str
+    child: str
+    state: float
+    limits: tuple[float, float]
+    axis: FloatArray
+    pivot: FloatArray
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Prediction:
+    """The poses of all parts and the states of all joints of one object in one photo.
+
+    Attributes:
+        image_path: File the photo came from, or None.
+        category: Name of the category.
+        category_score: The model's probability of that category, or None where it was not asked
+            (category and box both given).
+        box: The object's box in the photo (px); it may leave the photo where the object does.
+        camera: The camera used, of the photo's size.
+        camera_source: Whether the camera was given, read from EXIF, or guessed.
+        parts: P parts, the root first.
+        joints: P - 1 joints; joint j moves part j + 1.
+        warnings: What the user should know before trusting this.
+        photo: The photo itself where no file holds it; :meth:`draw` uses it, JSON omits it.
+    """
+
+    image_path: str | None
+    category: str
+    category_score: float | None
+    box: Box
+    camera: Camera
+    camera_source: CameraSource
+    parts: tuple[PartEstimate, ...]
+    joints: tuple[JointEstimate, ...]
+    warnings: tuple[str, ...] = ()
+    photo: Photo | None = field(default=None, repr=False)
+
+    def __post_init__(self) -> None:
+        if not _is_finite(self.to_dict()):
+            raise InputError("a prediction must hold finite numbers only, this one does not")
+
+    def part(self, name: str) -> PartEstimate:
+        """The part called ``name``; KeyError where there is none."""
+        return {p.name: p for p in self.parts}[name]
+
+    def joint(self, name: str) -> JointEstimate:
+        """The joint called ``name``; KeyError where there is none."""
+        return {j.name: j for j in self.joints}[name]
+
+    def to_dict(self) -> dict[str, Any]:
+        """The prediction as JSON types, as docs/prediction.md documents them."""
+        camera = self.camera
+        return {
+            "schema": SCHEMA,
+            "frame": FRAME,
+            "units": dict(UNITS),
+            "image": {
+                "path": self.image_path,
+                "width": camera.width,
+                "height": camera.height,
+            },
+            "category": {"name": self.category, "score": self.category_score},
+            "box": [float(v) for v in self.box],
+            "camera": {
+                "fx": float(camera.fx),
+                "fy": float(camera.fy),
+                "cx": float(camera.cx),
+                "cy": float(camera.cy),
+                "source": self.camera_source,
+            },
+            "parts": [
+                {
+                    "name": p.name,
+                    "cam_T_part": np.asarray(p.cam_T_part).tolist(),
+                    "box_center": np.asarray(p.box_center).tolist(),
+                    "box_size": np.asarray(p.box_size).tolist(),
+                    "confidence": float(p.confidence),
+                }
+                for p in self.parts
+            ],
+            "joints": [
+                {
+                    "name": j.name,
+                    "kind": j.kind,
+                    "parent": j.parent,
+                    "child": j.child,
+                    "state": float(j.state),
+                    "limits": [float(v) for v in j.limits],
+                    "axis": np.asarray(j.axis).tolist(),
+                    "pivot": np.asarray(j.pivot).tolist(),
+                }
+                for j in self.joints
+            ],
+            "warnings": list(self.warnings),
+        }
+
+    def to_json(self, *, indent: int | None = None) -> str:
+        """The prediction as JSON text: one line, or indented with every vector on its line."""
+        text = json.dumps(self.to_dict(), indent=indent, ensure_ascii=False, allow_nan=False)
+        if indent is None:
+            return text
+        # Real line breaks never occur inside JSON strings, so only lists of numbers match.
+        return re.sub(
+            r"\[\n\s+([-+.\deE,\s]+?)\n\s+\]", lambda m: f"[{' '.join(m[1].split())}]", text
+        )
+
+    @classmethod
+    def from_json(cls, text: str) -> "Prediction":
+        """Read what :meth:`to_json` wrote.
+
+        Raises:
+            InputError: It is no JSON, lacks a field, or is of another schema version.
+        """
+        try:
+            data = json.loads(text)
+            schema = data["schema"]
+            if schema == SCHEMA:
+                return cls._from_dict(data)
+        except (ValueError, KeyError, TypeError, AttributeError) as error:
+            reason = f"{type(error).__name__}: {error}"
+            raise InputError(f"this is not a prediction JSON ({reason})") from None
+        raise InputError(f"the prediction is of schema {schema!r}; this r2art reads {SCHEMA!r}")
+
+    @classmethod
+    def _from_dict(cls, data: dict[str, Any]) -> "Prediction":
+        c, image = data["camera"], data["image"]
+        return cls(
+            image_path=image["path"],
+            category=data["category"]["name"],
+            category_score=data["category"]["score"],
+            box=tuple(data["box"]),
+            camera=Camera(c["fx"], c["fy"], c["cx"], c["cy"], image["width"], image["height"]),
+            camera_source=c["source"],
+            parts=tuple(
+                PartEstimate(
+                    name=p["name"],
+                    cam_T_part=np.array(p["cam_T_part"], float).reshape(4, 4),
+                    box_center=np.array(p["box_center"], float).reshape(3),
+                    box_size=np.array(p["box_size"], float).reshape(3),
+                    confidence=float(p["confidence"]),
+                )
+                for p in data["parts"]
+            ),
+            joints=tuple(
+                JointEstimate(
+                    name=j["name"],
+                    kind=j["kind"],
+                    parent=j["parent"],
+                    child=j["child"],
+                    state=float(j["state"]),
+                    limits=tuple(j["limits"]),
+                    axis=np.array(j["axis"], float).reshape(3),
+                    pivot=np.array(j["pivot"], float).reshape(3),
+                )
+                for j in data["joints"]
+            ),
+            warnings=tuple(data["warnings"]),
+        )
+
+    def draw(self, image: ImageLike | None = None) -> "Image.Image":
+        """The photo with part boxes, joint axes and the root frame drawn on it.
+
+        Args:
+            image: The photo; where it is left out, the one predicted from (its file is read
+                again).
+        """
+        from r2art.core.draw import draw
+
+        source = next((s for s in (image, self.photo, self.image_path) if s is not None), None)
+        if source is None:
+            raise InputError("this prediction knows no image file; call draw(image)")
+        return draw(self, read_image(source))
+
+
+def _is_finite(value: Any) -> bool:
+    if isinstance(value, dict):
+        return all(map(_is_finite, value.values()))
+    if isinstance(value, list):
+        return all(map(_is_finite, value))
+    return not isinstance(value, float) or bool(np.isfinite(value))

@@ -1,0 +1,282 @@
+"""From stored photos to training views: windows, other backdrops, and a camera's faults.
+
+Views are made in batches of tensors. Randomness comes from one generator per step, so a
+resumed run sees what the uninterrupted one would have seen.
+"""
+
+import io
+from dataclasses import dataclass
+
+import numpy as np
+import torch
+from jaxtyping import Float, Int
+from PIL import Image
+from torch import Tensor
+from torch.nn import functional as F
+
+from r2art.data.sample import BACKDROP
+from r2art.learn.memory import Photos
+
+CROP_MARGIN = 1.25
+"""Side of the crop's window over the longer side of the box."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Crops:
+    """B crops round objects of one category, with the labels the objective needs."""
+
+    image: Float[Tensor, "B 3 S S"]
+    part: Int[Tensor, "B s s"]
+    K: Float[Tensor, "B 3 3"]
+    box: Float[Tensor, "B 4"]
+    cam_T_part: Float[Tensor, "B P 4 4"]
+    joint_state: Float[Tensor, "B J"]
+    box_center: Float[Tensor, "B P 3"]
+    box_size: Float[Tensor, "B P 3"]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Views:
+    """N whole photos, letterboxed, with the object's box (px) in them."""
+
+    image: Float[Tensor, "N 3 S S"]
+    seen: Float[Tensor, "N 1 s s"]
+    box: Float[Tensor, "N 4"]
+
+
+class Chance:
+    """Random tensors from one seeded generator."""
+
+    def __init__(self, seed: int, device: torch.device) -> None:
+        self.generator = torch.Generator().manual_seed(seed)
+        self.device = device
+
+    def uniform(self, low: float, high: float, *shape: int) -> Tensor:
+        """Uniform numbers in [low, high)."""
+        return low + (high - low) * torch.rand(shape, generator=self.generator).to(self.device)
+
+    def normal(self, *shape: int) -> Tensor:
+        """Standard normal numbers."""
+        return torch.randn(shape, generator=self.generator).to(self.device)
+
+    def happens(self, probability: float, *shape: int) -> Tensor:
+        """Independent events."""
+        return (torch.rand(shape, generator=self.generator) < probability).to(self.device)
+
+    def choice(self, n: int, k: int) -> Tensor:
+        """``k`` indices below ``n``, with repetition."""
+        return torch.randint(n, (k,), generator=self.generator)
+
+
+def sample_window(
+    image: Float[Tensor, "B C H W"],
+    window: Float[Tensor, "B 4"],
+    size: int,
+    mode: str = "bilinear",
+) -> Float[Tensor, "B C size size"]:
+    """Resample the window (x1 y1 x2 y2 px, may leave the image) of each image; 0 outside."""
+    height, width = image.shape[-2:]
+    scale = torch.tensor([width, height], device=image.device)
+    center = (window[:, :2] + window[:, 2:]) / scale - 1
+    extent = (window[:, 2:] - window[:, :2]) / scale
+    theta = torch.cat([torch.diag_embed(extent), center[:, :, None]], dim=2)
+    grid = F.affine_grid(theta, [len(image), 1, size, size], align_corners=False)
+    return F.grid_sample(image, grid, mode=mode, padding_mode="zeros", align_corners=False)
+
+
+def crops(
+    photos: Photos,
+    index: Int[Tensor, " B"],
+    size: int,
+    chance: Chance,
+    backdrops: Tensor | None,
+    *,
+    augment: bool = True,
+) -> Crops:
+    """Square crops of ``size`` px round the (jittered) boxes of the chosen photos."""
+    device = chance.device
+    box = photos.box[index].to(device)
+    if augment:
+        box = jitter(box, chance)
+    image, mask = pictures(photos, index, chance, backdrops, augment=augment)
+    center, extent = (box[:, :2] + box[:, 2:]) / 2, box[:, 2:] - box[:, :2]
+    half = CROP_MARGIN * extent.amax(dim=1, keepdim=True) / 2
+    corner = center - half
+    window = torch.cat([corner, center + half], dim=1)
+    view = sample_window(image, window, size)
+    part = sample_window(mask[:, None], window, size // 8, "nearest")[:, 0]
+    zoom = size / (2 * half)
+    K = photos.K[index].to(device).clone()
+    K[:, :2, 2] -= corner
+    K[:, :2] *= zoom[:, :, None]
+    if augment:
+        hide = chance.happens(0.3, len(index))
+        view, part = occlude(view, part, hide, chance, backdrops)
+        view = camera_faults(view, chance)
+    return Crops(
+        image=view,
+        part=part.long(),
+        K=K,
+        box=(box - corner.repeat(1, 2)) * zoom,
+        cam_T_part=photos.cam_T_part[index].to(device),
+        joint_state=photos.joint_state[index].to(device),
+        box_center=photos.box_center[index].to(device),
+        box_size=photos.box_size[index].to(device),
+    )
+
+
+def jitter(box: Float[Tensor, "B 4"], chance: Chance) -> Float[Tensor, "B 4"]:
+    """Boxes as a detector or a person would draw them: each side off by a few per cent."""
+    extent = (box[:, 2:] - box[:, :2]).repeat(1, 2)
+    amount = torch.where(chance.happens(0.3, len(box), 1), 0.09, 0.03)
+    return box + (amount * chance.normal(len(box), 4)).clamp(-0.2, 0.2) * extent
+
+
+def views(
+    photos: Photos,
+    index: Int[Tensor, " N"],
+    size: int,
+    chance: Chance,
+    backdrops: Tensor | None,
+    *,
+    augment: bool = True,
+) -> Views:
+    """The chosen photos, cut to a random format and letterboxed to ``size`` px."""
+    box = photos.box[index].to(chance.device)
+    image, mask = pictures(photos, index, chance, backdrops, augment=augment)
+    height, width = image.shape[-2:]
+    whole = torch.tensor([0.0, 0.0, width, height], device=chance.device).expand(len(index), 4)
+    seen = format_around(box, whole, chance) if augment else whole
+    extent = seen[:, 2:] - seen[:, :2]
+    center, side = (seen[:, :2] + seen[:, 2:]) / 2, extent.amax(dim=1, keepdim=True)
+    window = torch.cat([center - side / 2, center + side / 2], dim=1)
+    view = sample_window(image, window, size)
+    object_seen = ((mask > 0) & (mask != BACKDROP)).float()[:, None]
+    object_seen = sample_window(object_seen, window, size // 8)
+    zoom = size / side
+    if augment:
+        view = camera_faults(view, chance)
+    bars = outside((seen - window[:, :2].repeat(1, 2)) * zoom, size)
+    return Views(
+        image=view.masked_fill(bars[:, None], 0.0),
+        seen=object_seen,
+        box=(box - window[:, :2].repeat(1, 2)) * zoom,
+    )
+
+
+def format_around(box: Tensor, whole: Tensor, chance: Chance) -> Float[Tensor, "N 4"]:
+    """A random part of the photo that still holds the box, as if framed differently."""
+    n = len(box)
+    inner = torch.cat([torch.maximum(box[:, :2], whole[:, :2]), box[:, 2:]], dim=1)
+    inner[:, 2:] = torch.minimum(inner[:, 2:], whole[:, 2:])
+    keep = chance.uniform(0, 1, n, 4) * chance.happens(0.5, n, 4)
+    return whole + keep * 0.9 * (inner - whole)
+
+
+def outside(box: Float[Tensor, "N 4"], size: int) -> Tensor:
+    """(N, size, size) True at pixels whose centres lie outside of the box."""
+    at = torch.arange(size, device=box.device) + 0.5
+    x = (at < box[:, 0:1]) | (at > box[:, 2:3])
+    y = (at < box[:, 1:2]) | (at > box[:, 3:4])
+    return y[:, :, None] | x[:, None, :]
+
+
+def pictures(
+    photos: Photos,
+    index: Int[Tensor, " B"],
+    chance: Chance,
+    backdrops: Tensor | None,
+    *,
+    augment: bool,
+) -> tuple[Float[Tensor, "B 3 H W"], Float[Tensor, "B H W"]]:
+    """Images in [-1, 1] and masks, some with another backdrop behind the scene."""
+    image = photos.image[index].to(chance.device).float() / 127.5 - 1
+    mask = photos.mask[index].to(chance.device)
+    if augment:
+        swap = chance.happens(0.4, len(index))[:, None, None] & (mask == BACKDROP)
+        other = other_backdrops(len(index), image.shape[-1], chance, backdrops)
+        image = torch.where(swap[:, None], other, image)
+    return image, mask.float()
+
+
+def other_backdrops(
+    n: int, size: int, chance: Chance, backdrops: Tensor | None
+) -> Float[Tensor, "N 3 size size"]:
+    """Windows of stored photos, or soft colour gradients where there are none."""
+    grid = chance.uniform(-1, 1, n, 3, 2, 2)
+    flat = chance.uniform(-1, 1, n, 3, 1, 1) + 0.2 * grid
+    white = chance.happens(0.4, n)[:, None, None, None]
+    flat = torch.where(white, 0.9 + 0.1 * grid, flat).clamp(-1, 1)
+    plain = F.interpolate(flat, size=(size, size), mode="bilinear", align_corners=True)
+    if backdrops is None:
+        return plain
+    chosen = backdrops[chance.choice(len(backdrops), n)].to(chance.device).float() / 127.5 - 1
+    side = chosen.shape[-1] * chance.uniform(0.4, 1, n, 1)
+    corner = chance.uniform(0, 1, n, 2) * (chosen.shape[-1] - side)
+    cut = sample_window(chosen, torch.cat([corner, corner + side], dim=1), size)
+    return torch.where(chance.happens(0.35, n)[:, None, None, None], plain, cut)
+
+
+def occlude(
+    image: Tensor, part: Tensor, hide: Tensor, chance: Chance, backdrops: Tensor | None
+) -> tuple[Tensor, Tensor]:
+    """Cover an ellipse or a rectangle of some views with something else."""
+    n, size = len(image), image.shape[-1]
+    center, radius = chance.uniform(0, 1, n, 2), chance.uniform(0.06, 0.25, n, 2)
+    is_round = chance.happens(0.5, n)[:, None, None]
+
+    def covered(cells: int) -> Tensor:
+        at = (torch.arange(cells, device=image.device) + 0.5) / cells
+        x = ((at - center[:, :1]) / radius[:, :1])[:, None, :].abs()
+        y = ((at - center[:, 1:]) / radius[:, 1:])[:, :, None].abs()
+        inside = torch.where(is_round, x.square() + y.square() < 1, torch.maximum(x, y) < 1)
+        return inside & hide[:, None, None]
+
+    other = other_backdrops(n, size, chance, backdrops)
+    image = torch.where(covered(size)[:, None], other, image)
+    return image, part.masked_fill(covered(part.shape[-1]), 0.0)
+
+
+def camera_faults(image: Float[Tensor, "B 3 S S"], chance: Chance) -> Float[Tensor, "B 3 S S"]:
+    """Exposure, contrast, colour cast, saturation, blur, noise and JPEG, each now and then."""
+    n = len(image)
+    x = (image + 1) / 2
+    gamma = torch.exp(0.25 * chance.normal(n, 1, 1, 1)).clamp(0.5, 2)
+    x = x.clamp(1e-4, 1).pow(gamma)
+    mean = x.mean(dim=(1, 2, 3), keepdim=True)
+    x = mean + (x - mean) * chance.uniform(0.6, 1.35, n, 1, 1, 1)
+    x = x * (1 + 0.06 * chance.normal(n, 3, 1, 1)) + 0.06 * chance.normal(n, 1, 1, 1)
+    grey = x.mean(dim=1, keepdim=True)
+    saturation = chance.uniform(0.3, 1.5, n, 1, 1, 1)
+    saturation = saturation * ~chance.happens(0.06, n)[:, None, None, None]
+    x = grey + (x - grey) * saturation
+    x = blurred(x, chance)
+    amount = chance.uniform(0, 0.05, n, 1, 1, 1) * chance.happens(0.5, n)[:, None, None, None]
+    x = (x + amount * chance.normal(*x.shape)).clamp(0, 1)
+    return recompressed(x, chance.happens(0.2, n), chance) * 2 - 1
+
+
+def blurred(x: Tensor, chance: Chance, reach: int = 3) -> Tensor:
+    """Gaussian blur of up to 1.8 px, a different one for every image; half stay sharp."""
+    n = len(x)
+    sigma = chance.uniform(0.3, 1.8, n, 1) * chance.happens(0.5, n, 1) + 1e-2
+    at = torch.arange(-reach, reach + 1, device=x.device)
+    kernel = torch.exp(-at.square() / (2 * sigma.square()))
+    kernel = (kernel / kernel.sum(dim=1, keepdim=True)).repeat_interleave(3, dim=0)[:, None]
+    stacked = F.pad(x, (reach, reach, reach, reach), mode="replicate").flatten(0, 1)[None]
+    stacked = F.conv2d(stacked, kernel[:, :, None, :], groups=3 * n)
+    stacked = F.conv2d(stacked, kernel[:, :, :, None], groups=3 * n)
+    return stacked[0].unflatten(0, (n, 3))
+
+
+def recompressed(x: Tensor, which: Tensor, chance: Chance) -> Tensor:
+    """JPEG artefacts of quality 25 to 80 on the chosen images."""
+    x = x.clone()
+    for i in which.nonzero()[:, 0].tolist():
+        picture = (x[i].permute(1, 2, 0).cpu().numpy() * 255).astype(np.uint8)
+        buffer = io.BytesIO()
+        quality = int(chance.uniform(25, 80, 1))
+        Image.fromarray(picture).save(buffer, "JPEG", quality=quality)
+        decoded = np.asarray(Image.open(buffer))
+        x[i] = torch.from_numpy(decoded.copy()).permute(2, 0, 1).to(x) / 255
+    return x

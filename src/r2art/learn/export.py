@@ -1,0 +1,151 @@
+"""A trained run as one self-contained ONNX file: pixels in, part poses out.
+
+The whole tail (Gram-Schmidt, projection depth, kinematics, boxes) is inside the graph, so the
+run tier repeats no mathematics. Large weights are stored as float16 and widened on loading.
+"""
+
+import json
+import warnings
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import onnx
+import torch
+from jaxtyping import Float, UInt8
+from onnx import TensorProto, helper, numpy_helper
+from torch import Tensor, nn
+
+from r2art.core.category import Category
+from r2art.data.shards import write_atomically
+from r2art.learn import checkpoint
+from r2art.learn.augment import CROP_MARGIN
+from r2art.method.estimate import estimate, within_limits
+from r2art.method.network import R2ArtNet
+
+FORMAT = "r2art/model/1"
+OPSET = 18
+FIELDS = ("cam_T_part", "box_center", "box_size", "confidence", "joint_state", "axis", "pivot")
+
+
+class Graph(nn.Module):
+    """What is exported: `docs/model.md` names its inputs and outputs."""
+
+    def __init__(self, network: R2ArtNet) -> None:
+        super().__init__()
+        self.network = network
+
+    def forward(
+        self,
+        image: UInt8[Tensor, "1 S S 3"],
+        K: Float[Tensor, "1 3 3"],
+        box: Float[Tensor, "1 4"],
+    ) -> tuple[Tensor, ...]:
+        """All outputs, in the order of `output_names`."""
+        x = image.permute(0, 3, 1, 2).float() / 127.5 - 1
+        _, p16 = self.network.features(x)
+        found_box, category_logits = self.network.find(p16)
+        outputs = [found_box, category_logits.softmax(dim=-1)]
+        for name in self.network.names:
+            outputs += self._estimate(name, p16, K, box)
+        return tuple(outputs)
+
+    def _estimate(self, name: str, p16: Tensor, K: Tensor, box: Tensor) -> list[Tensor]:
+        from dataclasses import replace
+
+        raw = self.network.estimate_raw(name, p16, box, K)
+        raw = replace(raw, joint_share=within_limits(raw.joint_share))
+        found = estimate(self.network.priors[name], raw, box, K)
+        return [
+            found.cam_T_part,
+            found.shape.box_center,
+            found.shape.box_size,
+            raw.confidence_logit.sigmoid(),
+            found.joint_state,
+            found.axis,
+            found.pivot,
+        ]
+
+
+def output_names(names: tuple[str, ...]) -> list[str]:
+    """Names of the graph's outputs."""
+    return ["found_box", "category_scores", *(f"{n}.{field}" for n in names for field in FIELDS)]
+
+
+def to_onnx(network: R2ArtNet, facts: dict[str, Any], categories: tuple[Category, ...]) -> bytes:
+    """The network with its tail as the bytes of an ONNX file."""
+    size = network.input_size
+    example = (
+        torch.zeros((1, size, size, 3), dtype=torch.uint8),
+        torch.tensor([[[200.0, 0, size / 2], [0, 200.0, size / 2], [0, 0, 1]]]),
+        torch.tensor([[0.2, 0.2, 0.8, 0.8]]) * size,
+    )
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        program = torch.onnx.export(
+            Graph(network).eval(),
+            example,
+            input_names=["image", "K", "box"],
+            output_names=output_names(network.names),
+            opset_version=OPSET,
+            dynamo=True,
+            optimize=True,
+            verbose=False,
+        )
+    assert program is not None
+    model = store_half(program.model_proto)
+    del model.metadata_props[:]
+    meta = model.metadata_props.add()
+    meta.key, meta.value = "r2art", json.dumps(metadata(network, facts, categories))
+    onnx.checker.check_model(model)
+    return model.SerializeToString()
+
+
+def metadata(
+    network: R2ArtNet, facts: dict[str, Any], categories: tuple[Category, ...]
+) -> dict[str, Any]:
+    """What the run tier must know about the graph."""
+    described = [
+        {
+            "name": c.name,
+            "parts": list(c.part_names),
+            "joints": [
+                {"name": j.name, "kind": j.kind, "parent": j.parent, "limits": list(j.limits)}
+                for j in c.joints
+            ],
+        }
+        for c in categories
+    ]
+    return {
+        "format": FORMAT,
+        "input_size": network.input_size,
+        "crop_margin": CROP_MARGIN,
+        "categories": described,
+        "version": "1",
+        "trained": facts,
+    }
+
+
+def store_half(model: onnx.ModelProto, least: int = 4096) -> onnx.ModelProto:
+    """Keep large float32 weights as float16, with a cast that is folded when a session starts."""
+    graph = model.graph
+    casts = []
+    for tensor in graph.initializer:
+        if tensor.data_type != TensorProto.FLOAT or np.prod(tensor.dims) < least:
+            continue
+        name = tensor.name
+        half = numpy_helper.to_array(tensor).astype(np.float16)
+        tensor.CopyFrom(numpy_helper.from_array(half, name + "_half"))
+        casts.append(helper.make_node("Cast", [name + "_half"], [name], to=TensorProto.FLOAT))
+    nodes = [*casts, *graph.node]
+    del graph.node[:]
+    graph.node.extend(nodes)
+    return model
+
+
+def export(run: Path, out: Path) -> None:
+    """Write the averaged network of a run as ``out``."""
+    network, facts = checkpoint.load_network(run)
+    facts = {"recipe": facts["recipe"], "data": facts["data"]}
+    categories = tuple(Category.load(run / f"{name}.npz") for name in network.names)
+    write_atomically(out, to_onnx(network, facts, categories))

@@ -1,0 +1,74 @@
+"""A rendered dataset as tensors in memory, decoded once.
+
+Two cores that train cannot also decode: a quarter of a megabyte per 256² photo is the price.
+"""
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+import numpy as np
+import torch
+from jaxtyping import Float, UInt8
+from rich.progress import track
+from torch import Tensor
+
+from r2art.core.category import Category
+from r2art.core.errors import InputError
+from r2art.data.sample import Sample
+from r2art.data.shards import Dataset, from_row
+
+LABELS = ("box", "cam_T_part", "joint_state", "box_center", "box_size")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Photos:
+    """N samples of one category; `r2art.data.sample.Sample` explains the fields."""
+
+    category: Category
+    image: UInt8[Tensor, "N 3 H W"]
+    mask: UInt8[Tensor, "N H W"]
+    K: Float[Tensor, "N 3 3"]
+    box: Float[Tensor, "N 4"]
+    cam_T_part: Float[Tensor, "N P 4 4"]
+    joint_state: Float[Tensor, "N J"]
+    box_center: Float[Tensor, "N P 3"]
+    box_size: Float[Tensor, "N P 3"]
+
+    def __len__(self) -> int:
+        return len(self.image)
+
+    @classmethod
+    def from_dataset(cls, dataset: Dataset) -> "Photos":
+        """Decode every shard of a dataset, with a progress bar."""
+        rows = track(dataset.rows(), f"reading {dataset.folder.name}", total=len(dataset))
+        return cls.from_samples(dataset.category, (from_row(r) for r in rows), len(dataset))
+
+    @classmethod
+    def from_samples(cls, category: Category, samples: Iterable[Sample], n: int) -> "Photos":
+        """Stack ``n`` samples; all images must have one size."""
+        image = mask = None
+        K = np.empty((n, 3, 3), np.float32)
+        labels: dict[str, list[np.ndarray]] = {name: [] for name in LABELS}
+        for i, sample in enumerate(samples):
+            if image is None or mask is None:
+                image = np.empty((n, 3, *sample.mask.shape), np.uint8)
+                mask = np.empty((n, *sample.mask.shape), np.uint8)
+            if sample.mask.shape != mask.shape[1:]:
+                raise InputError(
+                    f"sample {i} is {sample.mask.shape} px, others are {mask.shape[1:]}; "
+                    "train on images of one size"
+                )
+            image[i] = sample.image.transpose(2, 0, 1)
+            mask[i] = sample.mask
+            K[i] = sample.camera.K
+            for name in LABELS:
+                labels[name].append(getattr(sample, name).astype(np.float32))
+        if image is None or mask is None:
+            raise InputError(f"the dataset of {category.name} is empty; run `r2art synth`")
+        return cls(
+            category=category,
+            image=torch.from_numpy(image),
+            mask=torch.from_numpy(mask),
+            K=torch.from_numpy(K),
+            **{name: torch.from_numpy(np.stack(v)) for name, v in labels.items()},
+        )

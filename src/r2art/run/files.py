@@ -1,0 +1,99 @@
+"""Which images are meant, and where their results go."""
+
+import contextlib
+import glob
+import os
+import tempfile
+from collections import Counter
+from collections.abc import Sequence
+from pathlib import Path
+
+from r2art.core.errors import InputError, UsageError
+
+SUFFIXES = frozenset(
+    {".jpg", ".jpeg", ".png", ".webp", ".avif", ".tif", ".tiff", ".bmp", ".gif", ".ppm", ".jp2"}
+)
+OVERLAY = ".overlay.png"
+
+
+def find_images(pattern: str) -> list[Path]:
+    """The images a file name, folder or glob (``**`` for all folders below) stands for, sorted.
+
+    A file is taken whatever its name; a folder or glob gives the files in it that are named like
+    images, except the overlays r2art itself writes. A file that does not exist is returned as it
+    is: reading it tells so.
+
+    Raises:
+        InputError: A folder or glob holds no image.
+    """
+    path = Path(pattern)
+    if path.is_dir():
+        found = [p for p in sorted(path.iterdir()) if _looks_like_image(p)]
+        if not found:
+            raise InputError(f"no images in the folder {pattern}")
+        return found
+    if not path.exists() and glob.has_magic(pattern):
+        names = sorted(glob.glob(os.path.expanduser(pattern), recursive=True))
+        if not (found := [Path(n) for n in names if _looks_like_image(Path(n))]):
+            raise InputError(f"no images match {pattern}")
+        return found
+    return [path]
+
+
+def _looks_like_image(path: Path) -> bool:
+    return path.suffix.lower() in SUFFIXES and not path.name.endswith(OVERLAY) and not path.is_dir()
+
+
+def result_names(images: Sequence[Path]) -> list[str]:
+    """A name for the results of each image that no other image shares.
+
+    It is the file's stem where that is unique (``a/cup.jpg`` gives ``cup``), else folder and full
+    name (``a_cup.jpg``), with a number where even these agree. Case is not enough to differ.
+    """
+    stems = Counter(image.stem.casefold() for image in images)
+    taken: set[str] = {stem for stem, count in stems.items() if count == 1}
+    names = []
+    for image in images:
+        name = image.stem
+        if stems[name.casefold()] > 1:
+            long = f"{image.absolute().parent.name}_{image.name}".lstrip("_")
+            numbered = (long if n == 1 else f"{long}-{n}" for n in range(1, len(images) + 2))
+            name = next(n for n in numbered if n.casefold() not in taken)
+            taken.add(name.casefold())
+        names.append(name)
+    return names
+
+
+def make_folder(folder: Path) -> None:
+    """Make sure that results can be written to ``folder``.
+
+    Raises:
+        UsageError: They cannot.
+    """
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryFile(dir=folder):
+            pass
+    except OSError as error:
+        raise _unwritable(folder, error) from None
+
+
+def write_whole(path: Path, data: bytes) -> None:
+    """Write a file such that under its name there is never only a part of it.
+
+    Raises:
+        UsageError: It cannot be written.
+    """
+    temporary = path.with_name(f".{path.name}.{os.getpid()}.tmp")
+    try:
+        temporary.write_bytes(data)
+        os.replace(temporary, path)
+    except OSError as error:
+        raise _unwritable(path, error) from None
+    finally:
+        with contextlib.suppress(OSError):
+            temporary.unlink()
+
+
+def _unwritable(path: Path, error: OSError) -> UsageError:
+    return UsageError(f"cannot write to {path}: {error.strerror}; choose another --out")

@@ -1,0 +1,141 @@
+"""The exported model file: one ONNX graph, and what its metadata says it knows."""
+
+import json
+import os
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import onnxruntime as ort
+from numpy.typing import NDArray
+
+from r2art.core.category import JointKind
+from r2art.core.errors import ModelError
+from r2art.core.image import Box, View
+
+MODEL_FORMAT = "r2art/model/1"
+MAX_THREADS = 4  # a small network gains nothing from more
+
+PHOTO_OUTPUTS = ("found_box", "category_scores")
+PART_OUTPUTS = ("cam_T_part", "box_center", "box_size", "confidence")
+JOINT_OUTPUTS = ("joint_state", "axis", "pivot")
+
+
+@dataclass(frozen=True)
+class ModelJoint:
+    """A joint as the metadata lists it; ``limits`` in rad or m."""
+
+    name: str
+    kind: JointKind
+    parent: int
+    limits: tuple[float, float]
+
+
+@dataclass(frozen=True)
+class ModelCategory:
+    """A category the model knows: its parts, the root first, and its joints."""
+
+    name: str
+    parts: tuple[str, ...]
+    joints: tuple[ModelJoint, ...]
+
+    @property
+    def outputs(self) -> tuple[str, ...]:
+        """Names of the outputs that speak of this category."""
+        fields = PART_OUTPUTS + (JOINT_OUTPUTS if self.joints else ())
+        return tuple(f"{self.name}.{field}" for field in fields)
+
+
+class Model:
+    """An opened model file.
+
+    Attributes:
+        input_size: Side (px) of the square images it takes.
+        crop_margin: Side of a crop in units of the longer side of the object's box.
+        categories: What it knows.
+
+    Raises:
+        ModelError: There is no such file, or it is not a model of r2art's present format.
+    """
+
+    def __init__(self, path: Path) -> None:
+        self._session = _open(path)
+        try:
+            metadata = json.loads(self._session.get_modelmeta().custom_metadata_map["r2art"])
+            found = metadata["format"]
+        except (LookupError, TypeError, ValueError):
+            raise ModelError(
+                f"{path} is an ONNX model, but not one of r2art's (it has no r2art metadata); "
+                "make one with `r2art export`"
+            ) from None
+        if found != MODEL_FORMAT:
+            raise ModelError(
+                f"{path} has format {found!r}, this r2art reads {MODEL_FORMAT!r}; "
+                "export the model again, or install the r2art that made it"
+            )
+        try:
+            self.input_size = int(metadata["input_size"])
+            self.crop_margin = float(metadata["crop_margin"])
+            self.categories = tuple(_category(c) for c in metadata["categories"])
+        except (LookupError, TypeError, ValueError) as error:
+            raise ModelError(f"the r2art metadata of {path} is damaged: {error!r}") from None
+        self._check_outputs(path)
+
+    def _check_outputs(self, path: Path) -> None:
+        promised = {*PHOTO_OUTPUTS, *(name for c in self.categories for name in c.outputs)}
+        if missing := sorted(promised - {o.name for o in self._session.get_outputs()}):
+            raise ModelError(f"{path} lacks the outputs {', '.join(missing)}; export it again")
+
+    def find(self, view: View) -> dict[str, NDArray[np.floating]]:
+        """What the letterboxed whole photo shows: ``found_box`` (4,), ``category_scores`` (C,)."""
+        whole = (0.0, 0.0, float(self.input_size), float(self.input_size))
+        return self._run(view, whole, PHOTO_OUTPUTS)
+
+    def pose(
+        self, view: View, box: Box, category: ModelCategory
+    ) -> dict[str, NDArray[np.floating]]:
+        """The object in a crop: part and joint outputs by their names without the category's."""
+        outputs = self._run(view, box, category.outputs)
+        return {name.removeprefix(f"{category.name}."): v for name, v in outputs.items()}
+
+    def _run(self, view: View, box: Box, names: tuple[str, ...]) -> dict[str, NDArray[np.floating]]:
+        inputs = {
+            "image": view.pixels[None],
+            "K": view.camera.K[None].astype(np.float32),
+            "box": np.asarray([box], np.float32),
+        }
+        outputs = self._session.run(list(names), inputs)
+        return {name: _decimal(np.asarray(v)[0]) for name, v in zip(names, outputs, strict=True)}
+
+
+def _open(path: Path) -> ort.InferenceSession:
+    if not path.is_file():
+        raise ModelError(f"no model at {path}; give one with --model, or reinstall r2art")
+    options = ort.SessionOptions()
+    options.log_severity_level = 3  # errors reach the user as exceptions
+    options.intra_op_num_threads = min(_usable_cpus(), MAX_THREADS)
+    try:
+        return ort.InferenceSession(path, options, providers=["CPUExecutionProvider"])
+    except Exception as error:  # ONNX Runtime has no base class of its own
+        reason = " ".join(str(error).split())[:200]
+        raise ModelError(f"{path} is not a model ONNX Runtime can open ({reason})") from None
+
+
+def _usable_cpus() -> int:
+    if hasattr(os, "sched_getaffinity"):
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count() or 1
+
+
+def _category(data: dict[str, Any]) -> ModelCategory:
+    joints = tuple(
+        ModelJoint(j["name"], j["kind"], int(j["parent"]), (j["limits"][0], j["limits"][1]))
+        for j in data["joints"]
+    )
+    return ModelCategory(data["name"], tuple(data["parts"]), joints)
+
+
+def _decimal(values: NDArray[np.floating]) -> NDArray[np.floating]:
+    """float32 as the shortest decimals that mean them: 0.1, not 0.10000000149011612."""
+    return values.astype(str).astype(np.float64)

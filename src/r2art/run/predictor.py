@@ -1,0 +1,255 @@
+"""A photo in, the poses of the parts and the states of the joints out.
+
+The model's graph holds all the mathematics (rotation, depth, kinematics, boxes); what is left is
+to show it the right window of the photo, and to name what comes out. See docs/prediction.md.
+"""
+
+import os
+from collections.abc import Mapping, Sequence
+from importlib.resources import as_file, files
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from r2art.core.camera import Camera
+from r2art.core.errors import InputError, UsageError
+from r2art.core.image import Box, ImageLike, Photo, crop_square, letterbox, read_image
+from r2art.core.prediction import CameraSource, JointEstimate, PartEstimate, Prediction
+from r2art.run.model import Model, ModelCategory
+
+SHIPPED_MODEL = files("r2art") / "weights" / "r2art.onnx"
+
+GUESSED_FOV = float(np.radians(60))
+# EXIF focal lengths outside this range (in units of the longer side) are taken for nonsense.
+PLAUSIBLE_FOCAL = (0.2, 20.0)
+
+# On the unsure side of these an answer is still given, with a warning.
+UNSURE_CATEGORY = 0.6
+UNSURE_PART = 0.3
+SMALL_BOX = 24  # px
+# A box must hold at least this share of the photo within it, else it cannot be meant.
+LEAST_INSIDE = 0.1
+
+Outputs = Mapping[str, NDArray[np.floating]]
+
+
+def load(model: str | Path | None = None) -> "Predictor":
+    """Load a model: the file ``model``, or the one that ships with r2art.
+
+    Raises:
+        ModelError: There is no such file, or it is not a model of r2art's present format.
+    """
+    if model is not None:
+        return Predictor(Model(Path(model)))
+    with as_file(SHIPPED_MODEL) as path:
+        return Predictor(Model(path))
+
+
+class Predictor:
+    """Predicts photos with one model; may be shared between threads."""
+
+    def __init__(self, model: Model) -> None:
+        self.model = model
+
+    @property
+    def categories(self) -> tuple[str, ...]:
+        """Names of the categories the model knows."""
+        return tuple(c.name for c in self.model.categories)
+
+    def category(self, name: str) -> ModelCategory:
+        """What the model knows of a category: its parts and joints.
+
+        Raises:
+            UsageError: It knows none of that name.
+        """
+        for category in self.model.categories:
+            if category.name == name:
+                return category
+        known = ", ".join(self.categories)
+        raise UsageError(f"unknown category {name!r}; this model knows: {known}")
+
+    def predict(
+        self,
+        image: ImageLike,
+        camera: Camera | None = None,
+        category: str | None = None,
+        box: Sequence[float] | None = None,
+    ) -> Prediction:
+        """Estimate the pose of every part and the state of every joint of one object.
+
+        Args:
+            image: A file, a Pillow image, an array, or a `Photo`; see `read_image`.
+            camera: The photo's camera; else the EXIF focal length, else a guess of 60° across
+                the longer side, which the result's warnings then tell.
+            category: One of ``categories``; else the model says which it sees.
+            box: x1 y1 x2 y2 (px) around the whole object; it may leave the photo where the
+                object does. Else the model finds it.
+
+        Raises:
+            InputError: The image is unreadable, or no finite answer comes of it.
+            UsageError: An argument that cannot be meant.
+        """
+        known = None if category is None else self.category(category)
+        photo = read_image(image)
+        camera, source, warnings = choose_camera(photo, camera)
+        box = None if box is None else check_box(box, photo)
+        score = None
+        if known is None or box is None:
+            view = letterbox(photo.pixels, camera, self.model.input_size)
+            seen = _finite(self.model.find(view))
+            known, score, doubts = self._recognise(seen["category_scores"], known)
+            warnings += doubts
+            if box is None:
+                box, doubts = usable_box(view.to_photo(seen["found_box"].tolist()), photo)
+                warnings += doubts
+        view = crop_square(photo.pixels, camera, box, self.model.input_size, self.model.crop_margin)
+        posed = _finite(self.model.pose(view, view.from_photo(box), known))
+        parts = _parts(known, posed)
+        return Prediction(
+            image_path=None if photo.path is None else _text(photo.path),
+            category=known.name,
+            category_score=score,
+            box=box,
+            camera=camera,
+            camera_source=source,
+            parts=parts,
+            joints=_joints(known, posed),
+            warnings=warnings + _doubts(parts, box),
+            photo=photo if photo.path is None else None,
+        )
+
+    def _recognise(
+        self, scores: NDArray[np.floating], wanted: ModelCategory | None
+    ) -> tuple[ModelCategory, float, tuple[str, ...]]:
+        """The category, its score, and what makes it doubtful."""
+        best = self.model.categories[int(np.argmax(scores))]
+        category = wanted or best
+        score = float(np.clip(scores[self.model.categories.index(category)], 0, 1))
+        doubts = ()
+        if category != best:
+            doubts = (f"the model takes this for a {best.name}, not a {category.name}",)
+        elif score < UNSURE_CATEGORY:
+            doubts = (f"unsure that this is a {category.name} (score {score:.2f})",)
+        return category, score, doubts
+
+
+def _text(path: Path) -> str:
+    """The path as text that can be written anywhere, whatever bytes the file's name is made of."""
+    return os.fsencode(path).decode(errors="replace")
+
+
+def choose_camera(
+    photo: Photo, given: Camera | None
+) -> tuple[Camera, CameraSource, tuple[str, ...]]:
+    """The photo's camera, where it comes from, and what makes it doubtful.
+
+    Raises:
+        UsageError: The given camera belongs to an image of another size.
+    """
+    width, height = photo.width, photo.height
+    if given is not None:
+        if (given.width, given.height) != (width, height):
+            raise UsageError(
+                f"the camera is that of a {given.width}×{given.height} image, but the photo "
+                f"(upright) has {width}×{height} px; resize the camera along with the photo"
+            )
+        return given, "given", ()
+    if photo.focal is not None:
+        shortest, longest = (f * max(width, height) for f in PLAUSIBLE_FOCAL)
+        if shortest <= photo.focal <= longest:
+            f = photo.focal
+            return Camera(f, f, width / 2, height / 2, width, height), "exif", ()
+    guess = Camera.from_fov(GUESSED_FOV, width, height)
+    doubt = (
+        "the photo tells no focal length: guessed a field of view of 60° across the longer "
+        "side, so distance and size may be off; give the camera (--fov, --camera) if known"
+    )
+    return guess, "guessed", (doubt,)
+
+
+def check_box(box: Sequence[float], photo: Photo) -> Box:
+    """A box given by the user, as floats.
+
+    Raises:
+        UsageError: It is not four finite numbers, is empty, or lies outside the photo.
+    """
+    try:
+        x1, y1, x2, y2 = (float(v) for v in box)
+    except (TypeError, ValueError):
+        raise UsageError(f"a box is four numbers x1 y1 x2 y2, got {box!r}") from None
+    shown = f"box {x1:g} {y1:g} {x2:g} {y2:g}"
+    if not np.all(np.isfinite((x1, y1, x2, y2))):
+        raise UsageError(f"{shown} is not finite; give x1 y1 x2 y2 in pixels")
+    if x2 <= x1 or y2 <= y1:
+        raise UsageError(f"{shown} is empty; x1 < x2 and y1 < y2 are needed")
+    if _share_inside((x1, y1, x2, y2), photo) < LEAST_INSIDE:
+        raise UsageError(
+            f"{shown} lies outside the photo of {photo.width}×{photo.height} px "
+            "(at least a tenth of it must lie within); give x1 y1 x2 y2 in pixels"
+        )
+    return x1, y1, x2, y2
+
+
+def usable_box(found: Box, photo: Photo) -> tuple[Box, tuple[str, ...]]:
+    """The box the model found, or with a warning the whole photo where that cannot be one."""
+    x1, y1, x2, y2 = (round(v, 2) for v in found)
+    if x2 - x1 >= 1 and y2 - y1 >= 1 and _share_inside(found, photo) >= LEAST_INSIDE:
+        return (x1, y1, x2, y2), ()
+    whole = (0.0, 0.0, float(photo.width), float(photo.height))
+    return whole, ("no object found: took the whole photo as its box; give the box (--box)",)
+
+
+def _share_inside(box: Box, photo: Photo) -> float:
+    x1, y1, x2, y2 = box
+    width = max(0.0, min(x2, photo.width) - max(x1, 0))
+    height = max(0.0, min(y2, photo.height) - max(y1, 0))
+    return width * height / ((x2 - x1) * (y2 - y1))
+
+
+def _finite(outputs: Outputs) -> Outputs:
+    if broken := [name for name, values in outputs.items() if not np.all(np.isfinite(values))]:
+        raise InputError(
+            f"the model gives no finite answer for this photo ({', '.join(broken)}); "
+            "check camera and box"
+        )
+    return outputs
+
+
+def _parts(category: ModelCategory, outputs: Outputs) -> tuple[PartEstimate, ...]:
+    return tuple(
+        PartEstimate(
+            name=name,
+            cam_T_part=outputs["cam_T_part"][p],
+            box_center=outputs["box_center"][p],
+            box_size=outputs["box_size"][p],
+            confidence=float(np.clip(outputs["confidence"][p], 0, 1)),
+        )
+        for p, name in enumerate(category.parts)
+    )
+
+
+def _joints(category: ModelCategory, outputs: Outputs) -> tuple[JointEstimate, ...]:
+    return tuple(
+        JointEstimate(
+            name=joint.name,
+            kind=joint.kind,
+            parent=category.parts[joint.parent],
+            child=category.parts[j + 1],
+            state=float(outputs["joint_state"][j]),
+            limits=joint.limits,
+            axis=outputs["axis"][j],
+            pivot=outputs["pivot"][j],
+        )
+        for j, joint in enumerate(category.joints)
+    )
+
+
+def _doubts(parts: tuple[PartEstimate, ...], box: Box) -> tuple[str, ...]:
+    doubts = []
+    if weak := [f"{p.name} {p.confidence:.2f}" for p in parts if p.confidence < UNSURE_PART]:
+        doubts.append(f"low confidence: {', '.join(weak)}")
+    width, height = box[2] - box[0], box[3] - box[1]
+    if max(width, height) < SMALL_BOX:
+        doubts.append(f"the object is only {width:.0f} by {height:.0f} px large")
+    return tuple(doubts)
