@@ -30,7 +30,7 @@ ROOT = Path(__file__).resolve().parent.parent
 SIZE = 800  # px
 STUDIO = 0.82  # linear grey of the backdrop
 # Which object, and how far each of its joints is open: degrees or metres.
-SHOWN = {"laptop": (3, (np.radians(108),)), "drawer": (5, (0.0, 0.22, 0.1))}
+SHOWN = {"laptop": (14, (np.radians(108),)), "drawer": (13, (0.0, 0.22, 0.1))}
 
 
 def studio_lights(cam_R_root: np.ndarray) -> tuple[Light, ...]:

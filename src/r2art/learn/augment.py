@@ -5,7 +5,7 @@ resumed run sees what the uninterrupted one would have seen.
 """
 
 import io
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import torch
@@ -16,6 +16,8 @@ from torch.nn import functional as F
 
 from r2art.data.sample import BACKDROP
 from r2art.learn.memory import Photos
+from r2art.learn.relabel import poses_through
+from r2art.method.shape import box_corners
 
 CROP_MARGIN = 1.25
 """Side of the crop's window over the longer side of the box."""
@@ -113,7 +115,7 @@ def crops(
         hide = chance.happens(0.3, len(index))
         view, part = occlude(view, part, hide, chance, backdrops)
         view = camera_faults(view, chance)
-    return Crops(
+    found = Crops(
         image=view,
         part=part.long(),
         K=K,
@@ -123,6 +125,31 @@ def crops(
         box_center=photos.box_center[index].to(device),
         box_size=photos.box_size[index].to(device),
     )
+    if not augment:
+        return found
+    true_focal = photos.K[index, 0, 0].to(device) / photos.image.shape[-1]
+    return other_focal_length(found, true_focal, chance)
+
+
+def other_focal_length(crops: Crops, true_focal: Float[Tensor, " B"], chance: Chance) -> Crops:
+    """Some crops as a user with a wrongly guessed camera would give them.
+
+    The image stays; the labels become the poses that look most alike through the wrong focal
+    length. So the network learns to trust the picture over the stated perspective.
+
+    Args:
+        crops: Labelled for the true camera.
+        true_focal: Its focal length, in widths of the photo.
+        chance: Decides which crops, and the guess: a field of view of 45° to 75°.
+    """
+    n = len(crops.image)
+    guess = 0.5 / torch.tan(torch.deg2rad(chance.uniform(45, 75, n)) / 2)
+    factor = torch.where(chance.happens(0.35, n), guess / true_focal, 1.0)
+    stated = crops.K.clone()
+    stated[:, :2, :2] *= factor[:, None, None]
+    corners = box_corners(crops.box_center, crops.box_size)
+    moved = poses_through(stated, crops.cam_T_part, corners, crops.box, crops.K)
+    return replace(crops, K=stated, cam_T_part=moved)
 
 
 def jitter(box: Float[Tensor, "B 4"], chance: Chance) -> Float[Tensor, "B 4"]:
@@ -251,7 +278,7 @@ def camera_faults(image: Float[Tensor, "B 3 S S"], chance: Chance) -> Float[Tens
     saturation = saturation * ~chance.happens(0.06, n)[:, None, None, None]
     x = grey + (x - grey) * saturation
     x = blurred(x, chance)
-    amount = chance.uniform(0, 0.05, n, 1, 1, 1) * chance.happens(0.5, n)[:, None, None, None]
+    amount = chance.uniform(0, 0.04, n, 1, 1, 1) * chance.happens(0.5, n)[:, None, None, None]
     x = (x + amount * chance.normal(*x.shape)).clamp(0, 1)
     return recompressed(x, chance.happens(0.2, n), chance) * 2 - 1
 

@@ -146,7 +146,8 @@ class Batches:
 
     def __call__(self, step: int) -> tuple[str, augment.Crops, augment.Views, Tensor]:
         """Category, its crops, whole photos of all categories, and what those show."""
-        chance = Chance(hash((self.recipe.seed, step, self.rank)) % 2**62, self.device)
+        key = np.random.SeedSequence((self.recipe.seed, step, self.rank))
+        chance = Chance(int(key.generate_state(1, np.uint64)[0] >> 1), self.device)
         names = list(self.photos)
         name = names[step % len(names)]
         size, source = self.recipe.input_size, self.photos[name]
