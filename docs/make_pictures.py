@@ -4,8 +4,9 @@ Run from the repository's root after `pip install -e '.[train]'`:
 
     python docs/make_pictures.py
 
-Every picture is an object of the project's own generators, under its true pose. With `--photos`
-it also draws what the shipped model says about the example photos (docs/images/prediction.jpg).
+Every picture is an object of the project's own generators, under its true pose. With `--examples`
+it renders the example photos anew; with `--photos` it draws what the shipped model says about them
+(docs/images/prediction.jpg).
 """
 
 import argparse
@@ -23,7 +24,9 @@ from r2art.data.procedural import GENERATORS, make_instance
 from r2art.data.procedural.prior import category_prior
 from r2art.data.render import GAMMA, Light, Scene, render
 from r2art.data.sample import Sample
-from r2art.data.scene import View, place_object
+from r2art.data.scene import View, make_sample, place_object
+from r2art.data.surroundings import Surroundings
+from r2art.data.synth import instance_seed
 from r2art.learn.scores import truth
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -31,6 +34,10 @@ SIZE = 800  # px
 STUDIO = 0.82  # linear grey of the backdrop
 # Which object, and how far each of its joints is open: degrees or metres.
 SHOWN = {"laptop": (14, (np.radians(108),)), "drawer": (13, (0.0, 0.22, 0.1))}
+# Objects of the test split (seed, index) that lie within the middle three quarters of the picture.
+EXAMPLES = {"laptop": (1, 52), "drawer": (1, 17)}
+EXIF_FOLDER, FOCAL_LENGTH_35MM = 0x8769, 0xA405
+DIAGONAL_35MM = 43.27  # mm
 
 
 def studio_lights(cam_R_root: np.ndarray) -> tuple[Light, ...]:
@@ -101,6 +108,21 @@ def draw_conventions(folder: Path) -> None:
         print(f"wrote {path}")
 
 
+def render_examples(folder: Path, width: int = 640, height: int = 480) -> None:
+    """Photos without any foreign picture in them; their focal length stands in the EXIF data."""
+    for category, (seed, index) in EXAMPLES.items():
+        seed = instance_seed(category, "test", seed, index)
+        rng = np.random.default_rng([seed, 1])
+        sample = make_sample(rng, make_instance(category, seed), Surroundings(), width)
+        top = (width - height) // 2
+        exif = Image.Exif()
+        focal = sample.camera.fx * DIAGONAL_35MM / np.hypot(width, height)
+        exif[EXIF_FOLDER] = {FOCAL_LENGTH_35MM: round(focal)}
+        photo = Image.fromarray(sample.image[top : top + height])
+        photo.save(folder / f"{category}.png", exif=exif, optimize=True)
+        print(f"wrote {folder / category}.png")
+
+
 def draw_examples(folder: Path) -> None:
     """The example photos with what the shipped model says, side by side."""
     predictor = r2art.load()
@@ -121,11 +143,14 @@ def draw_examples(folder: Path) -> None:
 def main() -> None:
     """Draw the pictures that were asked for."""
     parser = argparse.ArgumentParser(description="Draw the pictures of the docs.")
+    parser.add_argument("--examples", action="store_true", help="render the example photos anew")
     parser.add_argument("--photos", action="store_true", help="draw the example photos too")
     args = parser.parse_args()
     folder = ROOT / "docs" / "images"
     folder.mkdir(exist_ok=True)
     draw_conventions(folder)
+    if args.examples:
+        render_examples(ROOT / "examples")
     if args.photos:
         draw_examples(folder)
 

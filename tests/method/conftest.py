@@ -1,15 +1,13 @@
-"""Objects to test on, and shape checks: every annotation of `r2art.method` is enforced here."""
+"""Objects to test on."""
 
-from jaxtyping import install_import_hook
+import numpy as np
+import pytest
+import torch
 
-install_import_hook("r2art.method", "beartype.beartype")
+from r2art.core.category import Category, Joint
+from r2art.method.kinematics import KinematicModel
 
-import numpy as np  # noqa: E402
-import pytest  # noqa: E402
-import torch  # noqa: E402
-
-from r2art.core.category import Category, Joint  # noqa: E402
-from r2art.method.kinematics import KinematicModel  # noqa: E402
+torch.set_num_threads(1)
 
 
 @pytest.fixture(autouse=True)

@@ -14,7 +14,7 @@ class UsageError(R2ArtError):
 
 
 class InputError(R2ArtError):
-    """Input that is unreadable or unusable: a truncated image, a box outside of it."""
+    """Input that is unreadable or unusable: a truncated image, an unwritable folder."""
 
     exit_code = 3
 

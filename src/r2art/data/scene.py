@@ -133,9 +133,7 @@ def place_object(
     return camera, cam_T_root, box
 
 
-def occluders(
-    rng: np.random.Generator, points: FloatArray, files: Surroundings
-) -> list[Surface]:
+def occluders(rng: np.random.Generator, points: FloatArray, files: Surroundings) -> list[Surface]:
     """Sometimes one thing between camera and object, hiding a piece of it (camera frame)."""
     if rng.random() > 0.25:
         return []

@@ -23,6 +23,7 @@ from r2art.core.category import Category
 from r2art.core.errors import InputError
 from r2art.data.sample import Sample
 
+FORMAT = "r2art/dataset/1"
 MANIFEST = "manifest.json"
 PRIOR = "category.npz"
 DEPTH_UNIT = 2e-4  # m per step of the 16-bit depth image: up to 13 m
@@ -67,18 +68,25 @@ def from_row(row: dict[str, Any]) -> Sample:
     mask = np.asarray(Image.open(io.BytesIO(row["mask"])))
     depth = np.asarray(Image.open(io.BytesIO(row["depth"]))).astype(np.float32) * DEPTH_UNIT
     height, width = mask.shape
+    fx, fy, cx, cy = row["camera"]
     shapes = {"cam_T_part": (-1, 4, 4), "box": (4,), "joint_state": (-1,), "visible": (-1,)}
     arrays = {name: np.asarray(row[name]).reshape(shapes.get(name, (-1, 3))) for name in FLOATS}
-    return Sample(
-        image=image, mask=mask, depth=depth, camera=Camera(*row["camera"], width, height), **arrays
-    )
+    camera = Camera(fx, fy, cx, cy, width, height)
+    return Sample(image=image, mask=mask, depth=depth, camera=camera, **arrays)
 
 
 def write_atomically(path: Path, content: bytes) -> None:
-    """Write a file so that it is there whole or not at all."""
+    """Write a file so that it is there whole or not at all.
+
+    Raises:
+        InputError: It cannot be written there.
+    """
     part = path.with_name(path.name + ".part")
-    part.write_bytes(content)
-    os.replace(part, path)
+    try:
+        part.write_bytes(content)
+        os.replace(part, path)
+    except OSError as error:
+        raise InputError(f"cannot write {path}: {error.strerror}; choose another place") from error
 
 
 def shard_path(folder: Path, number: int) -> Path:
@@ -94,6 +102,24 @@ def write_shard(path: Path, rows: Iterable[dict[str, Any]]) -> None:
     write_atomically(path, out.getvalue())
 
 
+def read_manifest(folder: Path) -> dict[str, Any]:
+    """What a dataset says of itself.
+
+    Raises:
+        InputError: The folder holds no dataset of this format.
+    """
+    path = folder / MANIFEST
+    try:
+        manifest = json.loads(path.read_text())
+    except OSError:
+        raise InputError(f"{folder} holds no {MANIFEST}; make one with `r2art synth`") from None
+    except ValueError as error:
+        raise InputError(f"{path} is not JSON ({error}); remove it or choose a dataset") from None
+    if not isinstance(manifest, dict) or manifest.get("format") != FORMAT:
+        raise InputError(f"{path} is not of a dataset in format {FORMAT}; choose another folder")
+    return manifest
+
+
 @dataclass(frozen=True)
 class Dataset:
     """A folder of shards, opened for reading."""
@@ -105,10 +131,12 @@ class Dataset:
 
     @classmethod
     def open(cls, folder: Path) -> "Dataset":
-        """Open a folder that `r2art synth` has filled."""
-        if not (folder / MANIFEST).is_file():
-            raise InputError(f"{folder} holds no {MANIFEST}; make a dataset with `r2art synth`")
-        manifest = json.loads((folder / MANIFEST).read_text())
+        """Open a folder that `r2art synth` has filled.
+
+        Raises:
+            InputError: It holds no dataset, or only a part of one.
+        """
+        manifest = read_manifest(folder)
         shards = tuple(sorted(folder.glob("shard-*.parquet")))
         if len(shards) < manifest["shards"]:
             raise InputError(

@@ -48,8 +48,11 @@ class Surroundings:
 @lru_cache(maxsize=512)
 def read_picture(path: Path, longest: int = 512) -> NDArray[np.uint8]:
     """A photo as (H, W, 3) uint8, at most ``longest`` px on its longer side."""
-    with Image.open(path) as image:
-        rgb = image.convert("RGB")
+    try:
+        with Image.open(path) as image:
+            rgb = image.convert("RGB")
+    except (OSError, SyntaxError, Image.DecompressionBombError) as error:
+        raise InputError(f"cannot read the background {path}: {error}; remove it") from error
     rgb.thumbnail((longest, longest))
     return np.asarray(rgb)
 
@@ -180,7 +183,7 @@ def plain_backdrop(rng: np.random.Generator, height: int, width: int) -> NDArray
     first = np.ones(3) * rng.uniform(0.9, 1) if rng.random() < 0.5 else random_color(rng)[0]
     second = first if rng.random() < 0.5 else np.clip(first + rng.normal(0, 0.15, 3), 0, 1)
     angle = rng.uniform(0, 2 * np.pi)
-    y, x = np.mgrid[0:1:height*1j, 0:1:width*1j]
+    y, x = np.mgrid[0 : 1 : height * 1j, 0 : 1 : width * 1j]
     ramp = x * np.cos(angle) + y * np.sin(angle)
     ramp = ((ramp - ramp.min()) / np.ptp(ramp))[..., None]
     return (255 * (first * (1 - ramp) + second * ramp)).astype(np.uint8)

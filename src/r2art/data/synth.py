@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any, Literal
 
 import numpy as np
+from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
 from r2art.core.errors import InputError, UsageError
@@ -77,7 +78,7 @@ def _make_row(index: int) -> dict[str, Any]:
 
 def _manifest(job: Synth) -> dict[str, Any]:
     return {
-        "format": "r2art/dataset/1",
+        "format": shards.FORMAT,
         "category": job.category,
         "n": job.n,
         "seed": job.seed,
@@ -93,12 +94,13 @@ def _prepare(job: Synth) -> None:
     try:
         job.out.mkdir(parents=True, exist_ok=True)
     except OSError as error:
-        raise InputError(f"cannot write to {job.out}: {error.strerror}") from error
+        raise InputError(
+            f"cannot write to {job.out}: {error.strerror}; choose another --out"
+        ) from error
     wanted, path = _manifest(job), job.out / shards.MANIFEST
     if path.exists():
-        found = json.loads(path.read_text())
-        if found != wanted:
-            odd = [k for k in wanted if found.get(k) != wanted[k]]
+        found = shards.read_manifest(job.out)
+        if odd := [k for k in wanted | found if found.get(k) != wanted.get(k)]:
             raise InputError(
                 f"{job.out} already holds another dataset (differs in {', '.join(odd)}); "
                 "choose another --out"
@@ -112,17 +114,25 @@ def _prepare(job: Synth) -> None:
 
 
 def synth(job: Synth) -> None:
-    """Render what is missing of a dataset, with a progress bar; safe to kill and call again."""
+    """Render what is missing of a dataset, with a progress bar; safe to kill and call again.
+
+    Raises:
+        InputError: The folder cannot be written or holds another dataset, or there are no
+            such backgrounds.
+    """
+    Surroundings.from_folder(job.backgrounds)
     _prepare(job)
     count = -(-job.n // SHARD_SIZE)
     missing = [k for k in range(count) if not shards.shard_path(job.out, k).exists()]
+    if not missing:
+        return
     blocks = [range(k * SHARD_SIZE, min(job.n, (k + 1) * SHARD_SIZE)) for k in missing]
     synthesise(job, 0)  # compiles the kernels once, before the workers start
     context = multiprocessing.get_context("spawn")
     columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn())
     with (
         context.Pool(job.workers or os.cpu_count() or 1, _start_worker, (job,)) as pool,
-        Progress(*columns, TimeRemainingColumn()) as progress,
+        Progress(*columns, TimeRemainingColumn(), console=Console(stderr=True)) as progress,
     ):
         task = progress.add_task(f"{job.category} {job.split}", total=sum(map(len, blocks)))
         rows = pool.imap(_make_row, [i for block in blocks for i in block], chunksize=4)

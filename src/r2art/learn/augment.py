@@ -1,20 +1,19 @@
-"""From stored photos to training views: windows, other backdrops, and a camera's faults.
+"""From stored photos to training views: windows, other backdrops, things in the way.
 
 Views are made in batches of tensors. Randomness comes from one generator per step, so a
 resumed run sees what the uninterrupted one would have seen.
 """
 
-import io
 from dataclasses import dataclass, replace
 
-import numpy as np
 import torch
 from jaxtyping import Float, Int
-from PIL import Image
 from torch import Tensor
 from torch.nn import functional as F
 
 from r2art.data.sample import BACKDROP
+from r2art.learn.chance import Chance
+from r2art.learn.faults import camera_faults
 from r2art.learn.memory import Photos
 from r2art.learn.relabel import poses_through
 from r2art.method.shape import box_corners
@@ -44,30 +43,6 @@ class Views:
     image: Float[Tensor, "N 3 S S"]
     seen: Float[Tensor, "N 1 s s"]
     box: Float[Tensor, "N 4"]
-
-
-class Chance:
-    """Random tensors from one seeded generator."""
-
-    def __init__(self, seed: int, device: torch.device) -> None:
-        self.generator = torch.Generator().manual_seed(seed)
-        self.device = device
-
-    def uniform(self, low: float, high: float, *shape: int) -> Tensor:
-        """Uniform numbers in [low, high)."""
-        return low + (high - low) * torch.rand(shape, generator=self.generator).to(self.device)
-
-    def normal(self, *shape: int) -> Tensor:
-        """Standard normal numbers."""
-        return torch.randn(shape, generator=self.generator).to(self.device)
-
-    def happens(self, probability: float, *shape: int) -> Tensor:
-        """Independent events."""
-        return (torch.rand(shape, generator=self.generator) < probability).to(self.device)
-
-    def choice(self, n: int, k: int) -> Tensor:
-        """``k`` indices below ``n``, with repetition."""
-        return torch.randint(n, (k,), generator=self.generator)
 
 
 def sample_window(
@@ -262,48 +237,3 @@ def occlude(
     other = other_backdrops(n, size, chance, backdrops)
     image = torch.where(covered(size)[:, None], other, image)
     return image, part.masked_fill(covered(part.shape[-1]), 0.0)
-
-
-def camera_faults(image: Float[Tensor, "B 3 S S"], chance: Chance) -> Float[Tensor, "B 3 S S"]:
-    """Exposure, contrast, colour cast, saturation, blur, noise and JPEG, each now and then."""
-    n = len(image)
-    x = (image + 1) / 2
-    gamma = torch.exp(0.25 * chance.normal(n, 1, 1, 1)).clamp(0.5, 2)
-    x = x.clamp(1e-4, 1).pow(gamma)
-    mean = x.mean(dim=(1, 2, 3), keepdim=True)
-    x = mean + (x - mean) * chance.uniform(0.6, 1.35, n, 1, 1, 1)
-    x = x * (1 + 0.06 * chance.normal(n, 3, 1, 1)) + 0.06 * chance.normal(n, 1, 1, 1)
-    grey = x.mean(dim=1, keepdim=True)
-    saturation = chance.uniform(0.3, 1.5, n, 1, 1, 1)
-    saturation = saturation * ~chance.happens(0.06, n)[:, None, None, None]
-    x = grey + (x - grey) * saturation
-    x = blurred(x, chance)
-    amount = chance.uniform(0, 0.04, n, 1, 1, 1) * chance.happens(0.5, n)[:, None, None, None]
-    x = (x + amount * chance.normal(*x.shape)).clamp(0, 1)
-    return recompressed(x, chance.happens(0.2, n), chance) * 2 - 1
-
-
-def blurred(x: Tensor, chance: Chance, reach: int = 3) -> Tensor:
-    """Gaussian blur of up to 1.8 px, a different one for every image; half stay sharp."""
-    n = len(x)
-    sigma = chance.uniform(0.3, 1.8, n, 1) * chance.happens(0.5, n, 1) + 1e-2
-    at = torch.arange(-reach, reach + 1, device=x.device)
-    kernel = torch.exp(-at.square() / (2 * sigma.square()))
-    kernel = (kernel / kernel.sum(dim=1, keepdim=True)).repeat_interleave(3, dim=0)[:, None]
-    stacked = F.pad(x, (reach, reach, reach, reach), mode="replicate").flatten(0, 1)[None]
-    stacked = F.conv2d(stacked, kernel[:, :, None, :], groups=3 * n)
-    stacked = F.conv2d(stacked, kernel[:, :, :, None], groups=3 * n)
-    return stacked[0].unflatten(0, (n, 3))
-
-
-def recompressed(x: Tensor, which: Tensor, chance: Chance) -> Tensor:
-    """JPEG artefacts of quality 25 to 80 on the chosen images."""
-    x = x.clone()
-    for i in which.nonzero()[:, 0].tolist():
-        picture = (x[i].permute(1, 2, 0).cpu().numpy() * 255).astype(np.uint8)
-        buffer = io.BytesIO()
-        quality = int(chance.uniform(25, 80, 1))
-        Image.fromarray(picture).save(buffer, "JPEG", quality=quality)
-        decoded = np.asarray(Image.open(buffer))
-        x[i] = torch.from_numpy(decoded.copy()).permute(2, 0, 1).to(x) / 255
-    return x

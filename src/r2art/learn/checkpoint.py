@@ -1,8 +1,9 @@
 """A run's state on disk: safetensors for tensors, JSON for the rest; never pickle."""
 
+import io
 import json
 import os
-from dataclasses import asdict
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
@@ -11,7 +12,8 @@ from safetensors.torch import load_file, save_file
 from torch import Tensor, nn
 
 from r2art.core.category import Category
-from r2art.core.errors import ModelError
+from r2art.core.errors import InputError, ModelError
+from r2art.data.shards import write_atomically
 from r2art.learn.recipes import Recipe
 from r2art.method.network import R2ArtNet
 
@@ -19,57 +21,95 @@ STATE = "state.safetensors"
 RUN = "run.json"
 
 
-def save(
-    folder: Path,
-    step: int,
-    recipe: Recipe,
-    categories: tuple[Category, ...],
-    model: nn.Module,
-    average: nn.Module,
-    optimizer: torch.optim.Optimizer,
-    facts: dict[str, Any],
-) -> None:
-    """Write a checkpoint whole or not at all; it replaces the one before."""
-    tensors = {f"model.{k}": v for k, v in model.state_dict().items()}
-    tensors |= {f"average.{k}": v for k, v in average.state_dict().items()}
-    for i, state in optimizer.state_dict()["state"].items():
+@dataclass(frozen=True, kw_only=True)
+class Run:
+    """What a checkpoint holds, besides the number of steps done.
+
+    Attributes:
+        recipe: How it is trained.
+        categories: What the network can estimate.
+        network: As the optimiser sees it.
+        average: Its running average, which is what is exported.
+        optimizer: With the state of every parameter.
+    """
+
+    recipe: Recipe
+    categories: tuple[Category, ...]
+    network: nn.Module
+    average: nn.Module
+    optimizer: torch.optim.Optimizer
+
+
+def save(folder: Path, step: int, run: Run, facts: dict[str, Any]) -> None:
+    """Write a checkpoint whole or not at all; it replaces the one before.
+
+    Args:
+        folder: The run's.
+        step: Steps done.
+        run: Its state.
+        facts: More to keep in ``run.json``.
+    """
+    tensors = {f"model.{k}": v for k, v in run.network.state_dict().items()}
+    tensors |= {f"average.{k}": v for k, v in run.average.state_dict().items()}
+    for i, state in run.optimizer.state_dict()["state"].items():
         tensors |= {f"optimizer.{i}.{k}": torch.as_tensor(v) for k, v in state.items()}
     tensors["step"] = torch.tensor(step)
     tensors = {k: v.detach().cpu().contiguous().clone() for k, v in tensors.items()}
-    for category in categories:
-        with (folder / f"{category.name}.npz").open("wb") as f:
-            category.save(f)
-    run = {"recipe": asdict(recipe), "categories": [c.name for c in categories], **facts}
-    (folder / RUN).write_text(json.dumps(run, indent=1))
+    for category in run.categories:
+        prior = io.BytesIO()
+        category.save(prior)
+        write_atomically(folder / f"{category.name}.npz", prior.getvalue())
+    names = [c.name for c in run.categories]
+    about = {"recipe": asdict(run.recipe), "categories": names, **facts}
+    write_atomically(folder / RUN, json.dumps(about, indent=1).encode())
     save_file(tensors, folder / (STATE + ".part"))
     os.replace(folder / (STATE + ".part"), folder / STATE)
 
 
-def resume(
-    folder: Path, model: nn.Module, average: nn.Module, optimizer: torch.optim.Optimizer
-) -> int:
-    """Load a checkpoint, if there is one, and return the steps it has done."""
+def resume(folder: Path, run: Run) -> tuple[int, dict[str, Any]]:
+    """Load a checkpoint into a run, if there is one.
+
+    Returns:
+        The steps it has done, and what `save` was given as facts (and more).
+
+    Raises:
+        InputError: The folder holds a run of another network.
+    """
     if not (folder / STATE).exists():
-        return 0
+        return 0, {}
+    about = json.loads((folder / RUN).read_text())
+    _refuse_another_network(folder, run, about)
     tensors = load_file(folder / STATE)
-    model.load_state_dict(_under(tensors, "model."))
-    average.load_state_dict(_under(tensors, "average."))
+    run.network.load_state_dict(_under(tensors, "model."))
+    run.average.load_state_dict(_under(tensors, "average."))
     states: dict[int, dict[str, Tensor]] = {}
     for key, value in _under(tensors, "optimizer.").items():
         i, _, name = key.partition(".")
         states.setdefault(int(i), {})[name] = value
-    groups = optimizer.state_dict()["param_groups"]
-    optimizer.load_state_dict({"state": states, "param_groups": groups})
-    return int(tensors["step"])
+    groups = run.optimizer.state_dict()["param_groups"]
+    run.optimizer.load_state_dict({"state": states, "param_groups": groups})
+    return int(tensors["step"]), about
+
+
+def _refuse_another_network(folder: Path, run: Run, about: dict[str, Any]) -> None:
+    shapes = ("backbone", "backbone_options", "input_size", "width")
+    odd = [k for k in shapes if about["recipe"][k] != getattr(run.recipe, k)]
+    if about["categories"] != [c.name for c in run.categories]:
+        odd.append("categories")
+    if odd:
+        raise InputError(
+            f"{folder} already holds another run (differs in {', '.join(odd)}); "
+            "choose another --out"
+        )
 
 
 def load_network(folder: Path) -> tuple[R2ArtNet, dict[str, Any]]:
     """The averaged network of a run, ready for evaluation, and the run's facts."""
     if not (folder / STATE).exists():
         raise ModelError(f"{folder} holds no trained run; train one with `r2art train`")
-    run = json.loads((folder / RUN).read_text())
-    categories = tuple(Category.load(folder / f"{name}.npz") for name in run["categories"])
-    recipe = run["recipe"]
+    about = json.loads((folder / RUN).read_text())
+    categories = tuple(Category.load(folder / f"{name}.npz") for name in about["categories"])
+    recipe = about["recipe"]
     network = R2ArtNet(
         categories,
         recipe["backbone"],
@@ -79,7 +119,7 @@ def load_network(folder: Path) -> tuple[R2ArtNet, dict[str, Any]]:
     )
     average = _under(load_file(folder / STATE), "average.module.")
     network.load_state_dict(average)
-    return network.eval(), run
+    return network.eval(), about
 
 
 def _under(tensors: dict[str, Tensor], prefix: str) -> dict[str, Tensor]:

@@ -6,6 +6,7 @@ run tier repeats no mathematics. Large weights are stored as float16 and widened
 
 import json
 import warnings
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -51,8 +52,6 @@ class Graph(nn.Module):
         return tuple(outputs)
 
     def _estimate(self, name: str, p16: Tensor, K: Tensor, box: Tensor) -> list[Tensor]:
-        from dataclasses import replace
-
         raw = self.network.estimate_raw(name, p16, box, K)
         raw = replace(raw, joint_share=within_limits(raw.joint_share))
         found = estimate(self.network.priors[name], raw, box, K)

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 import torch
 from jaxtyping import Float, UInt8
+from rich.console import Console
 from rich.progress import track
 from torch import Tensor
 
@@ -40,7 +41,8 @@ class Photos:
     @classmethod
     def from_dataset(cls, dataset: Dataset) -> "Photos":
         """Decode every shard of a dataset, with a progress bar."""
-        rows = track(dataset.rows(), f"reading {dataset.folder.name}", total=len(dataset))
+        title, console = f"reading {dataset.folder.name}", Console(stderr=True)
+        rows = track(dataset.rows(), title, total=len(dataset), console=console)
         return cls.from_samples(dataset.category, (from_row(r) for r in rows), len(dataset))
 
     @classmethod

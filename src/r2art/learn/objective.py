@@ -14,7 +14,7 @@ from r2art.method.estimate import Estimate, estimate
 from r2art.method.network import TrainingOutput
 from r2art.method.projection import resize_intrinsics
 from r2art.method.rotation import egocentric_to_allocentric
-from r2art.method.shape import Prior, Shape, box_corners, deform, deformation_of
+from r2art.method.shape import Prior, Shape, box_corners, deform, deformation_of, thinned
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -35,20 +35,14 @@ class Weights:
     photo_mask: float = 0.5
 
 
-@dataclass(frozen=True, kw_only=True)
-class Truth:
-    """The true estimate of a batch of crops, in the network's own terms."""
-
-    shape: Shape
-    cam_T_part: Float[Tensor, "B P 4 4"]
-
-
 def true_shape(prior: Prior, crops: Crops) -> Shape:
     """The prior, deformed to the true part boxes."""
     return deform(prior, deformation_of(prior, crops.box_center, crops.box_size))
 
 
-def base_losses(prior: Prior, output: TrainingOutput, found: Estimate, crops: Crops) -> dict[str, Tensor]:
+def base_losses(
+    prior: Prior, output: TrainingOutput, found: Estimate, crops: Crops, shape: Shape
+) -> dict[str, Tensor]:
     """One scalar per quantity that the network predicts for crops."""
     raw = output.raw
     R = crops.cam_T_part[:, 0, :3, :3]
@@ -58,7 +52,7 @@ def base_losses(prior: Prior, output: TrainingOutput, found: Estimate, crops: Cr
     deformation = deformation_of(prior, crops.box_center, crops.box_size)
     predicted = replace(deformation, log_scale=raw.log_scale, center_shift=raw.center_shift)
     corners = corners_in_camera(found.shape, found.cam_T_part)
-    true_corners = corners_in_camera(true_shape(prior, crops), crops.cam_T_part)
+    true_corners = corners_in_camera(shape, crops.cam_T_part)
     directions = losses.direction_loss(raw.up, facing[..., 1]) + losses.direction_loss(
         raw.right, facing[..., 0]
     )
@@ -73,7 +67,7 @@ def base_losses(prior: Prior, output: TrainingOutput, found: Estimate, crops: Cr
         "reprojection": losses.reprojection_loss(corners, true_corners, crops.K, crops.box).mean(),
         "part_mask": F.cross_entropy(output.mask_logits, part_classes(crops)),
         "confidence": F.binary_cross_entropy_with_logits(
-            raw.confidence_logit, is_right(prior, found, crops).to(raw.up)
+            raw.confidence_logit, is_right(found, crops, shape).to(raw.up)
         ),
     }
 
@@ -91,13 +85,12 @@ def corners_in_camera(shape: Shape, cam_T_part: Tensor) -> Float[Tensor, "B PN 3
 
 
 @torch.no_grad()
-def is_right(prior: Prior, found: Estimate, crops: Crops, share: float = 0.1) -> Tensor:
+def is_right(found: Estimate, crops: Crops, shape: Shape, share: float = 0.1) -> Tensor:
     """(B, P) whether a part's ADD, scale-aligned, is below ``share`` of its diameter.
 
     The scale is aligned because one photo cannot tell it: the confidence is about what the
     photo shows.
     """
-    shape = true_shape(prior, crops)
     points = shape.points[:, :, ::16]
     true = se3.transform(crops.cam_T_part, points)
     turned = (points[..., None, :] * found.cam_T_part[:, :, None, :3, :3]).sum(-1)
@@ -108,14 +101,16 @@ def is_right(prior: Prior, found: Estimate, crops: Crops, share: float = 0.1) ->
     return error.mean(-1) < share * diameter
 
 
-def cascade_term(
-    prior: Prior, found: Estimate, crops: Crops, pixels: int
-) -> tuple[Tensor, Tensor]:
-    """The cascade's mean loss on silhouettes of ``pixels``², and the stage of every sample."""
+def cascade_term(found: Estimate, crops: Crops, shape: Shape, pixels: int) -> tuple[Tensor, Tensor]:
+    """The cascade's mean loss on silhouettes of ``pixels``², and the stage of every sample.
+
+    The prior's points suit silhouettes of 112²; smaller ones are rendered from fewer.
+    """
     size = crops.image.shape[-1]
     K = resize_intrinsics(crops.K, pixels / size)
-    truth = cascade.render(true_shape(prior, crops), crops.cam_T_part, K, (pixels, pixels))
-    predicted = cascade.render(found.shape, found.cam_T_part, K, (pixels, pixels))
+    every = max(1, (112 // pixels) ** 2)
+    truth = cascade.render(thinned(shape, every), crops.cam_T_part, K, (pixels, pixels))
+    predicted = cascade.render(thinned(found.shape, every), found.cam_T_part, K, (pixels, pixels))
     loss, stage = cascade.cascade_loss(predicted, truth)
     return loss.mean(), stage
 
@@ -143,11 +138,12 @@ def objective(
 ) -> tuple[Tensor, dict[str, Tensor]]:
     """The total loss and every term of it; ``cascade_pixels`` None leaves the cascade out."""
     found = estimate(prior, output.raw, crops.box, crops.K)
-    terms = base_losses(prior, output, found, crops)
+    shape = true_shape(prior, crops)
+    terms = base_losses(prior, output, found, crops, shape)
     terms |= photo_losses(output, views, category)
     total = sum((getattr(weights, k) * v for k, v in terms.items()), start=torch.zeros(()))
     if cascade_pixels is not None:
-        loss, stage = cascade_term(prior, found, crops, cascade_pixels)
+        loss, stage = cascade_term(found, crops, shape, cascade_pixels)
         total = total + weights.cascade * loss
         terms["cascade"] = loss
         terms |= {f"stage_{s}": (stage == s).float().mean() for s in (1, 2, 3)}

@@ -31,11 +31,11 @@ class Recipe:
 
     backbone: str = "mobilenetv2_100"
     backbone_options: dict[str, object] = field(default_factory=dict)
-    input_size: int = 192
+    input_size: int = 160
     width: int = 96
-    steps: int = 6000
-    crops: int = 40
-    photos: int = 16
+    steps: int = 4450
+    crops: int = 32
+    photos: int = 8
     learning_rate: float = 1e-3
     trunk_learning_rate: float = 5e-4
     warm_up: int = 200
@@ -48,13 +48,13 @@ class Recipe:
     weights: Weights = field(default_factory=Weights)
 
 
-def tiny(steps: int = 6000) -> Recipe:
+def tiny(steps: int = 4450) -> Recipe:
     """The shipped model: MobileNetV2, a couple of hours on two CPU cores.
 
     ``pad_type="same"`` is what the ImageNet weights it starts from were trained with.
     """
     return Recipe(
-        backbone_options={"pad_type": "same"}, steps=steps, cascade_from=min(1500, steps // 4)
+        backbone_options={"pad_type": "same"}, steps=steps, cascade_from=min(1125, steps // 4)
     )
 
 

@@ -6,11 +6,14 @@ rotation and 2D translation, depth and size, joint states. A dense head segments
 while training. On a whole photo the same trunk finds the object and names its category.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any, cast
 
 import timm
 import torch
 from jaxtyping import Float
+from timm.models import FeatureInfo
 from torch import Tensor, nn
 
 from r2art.core.category import Category
@@ -18,6 +21,7 @@ from r2art.method.depth import projection_depth, viewing_ray
 from r2art.method.shape import Prior
 
 BACKGROUND = 1  # mask classes that are no part
+NUM_CUES = 6
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -45,6 +49,25 @@ class RawEstimate:
     confidence_logit: Float[Tensor, "*B P"]
 
 
+@dataclass(frozen=True, kw_only=True)
+class TrainingOutput:
+    """What one training pass yields.
+
+    Attributes:
+        raw: The raw estimate of every crop.
+        mask_logits: Part segmentation of the crops at stride 8; class 0 is no part, k + 1 part k.
+        found_box: The object's box (px) in every whole photo.
+        category_logits: What the photos show.
+        photo_mask_logits: Where in the photos the object is seen, at stride 8.
+    """
+
+    raw: RawEstimate
+    mask_logits: Float[Tensor, "B classes h w"]
+    found_box: Float[Tensor, "N 4"]
+    category_logits: Float[Tensor, "N C"]
+    photo_mask_logits: Float[Tensor, "N 1 h w"]
+
+
 def separable(channels_in: int, channels_out: int, stride: int = 1) -> nn.Sequential:
     """Depthwise 3×3 and pointwise convolution, each normalised."""
     return nn.Sequential(
@@ -56,18 +79,35 @@ def separable(channels_in: int, channels_out: int, stride: int = 1) -> nn.Sequen
     )
 
 
-def perceptron(inputs: int, hidden: int, outputs: int) -> nn.Sequential:
-    """Two-layer MLP; its last layer starts near zero, so that the bias decides at first."""
-    last = nn.Linear(hidden, outputs)
+def perceptron(inputs: int, hidden: int, first_answer: Sequence[float]) -> nn.Sequential:
+    """Two-layer MLP; its last layer starts near zero, so that it gives ``first_answer``."""
+    last = nn.Linear(hidden, len(first_answer))
     nn.init.normal_(last.weight, std=0.01)
-    nn.init.zeros_(last.bias)
+    with torch.no_grad():
+        last.bias.copy_(torch.tensor(first_answer))
     return nn.Sequential(nn.Linear(inputs, hidden), nn.ReLU(inplace=True), last)
+
+
+def make_trunk(backbone: str, options: dict[str, Any]) -> tuple[nn.Module, list[int]]:
+    """A timm backbone without pre-trained weights, and its channels at strides 8, 16 and 32.
+
+    Raises:
+        ValueError: It has no such features.
+    """
+    trunk = timm.create_model(backbone, features_only=True, out_indices=(-3, -2, -1), **options)
+    info = cast(FeatureInfo, trunk.feature_info)
+    if info.reduction() != [8, 16, 32]:
+        raise ValueError(
+            f"the last features of {backbone} are at strides {info.reduction()}, but 8, 16 and "
+            "32 are needed; choose another backbone"
+        )
+    return trunk, info.channels()
 
 
 class Neck(nn.Module):
     """Three feature maps to one at stride 16 (for the summary) and one at stride 8 (dense)."""
 
-    def __init__(self, channels: tuple[int, int, int], width: int) -> None:
+    def __init__(self, channels: Sequence[int], width: int) -> None:
         super().__init__()
         self.lateral = nn.ModuleList(nn.Conv2d(c, width, 1) for c in channels)
         self.at_16 = separable(width, width)
@@ -100,6 +140,10 @@ class Summary(nn.Module):
         return self.layers(p16)
 
 
+FROM_THE_FRONT = [*(0.0, -0.9, -0.4), *(1.0, 0.0, 0.0), *(0.0, 0.0)]
+"""Up, right and φ of an object seen from a little above."""
+
+
 class CategoryHeads(nn.Module):
     """The branches of one category."""
 
@@ -107,22 +151,18 @@ class CategoryHeads(nn.Module):
         super().__init__()
         self.num_parts = len(category.part_names)
         self.num_joints = len(category.joints)
-        self.rot_trans = perceptron(inputs, 256, 3 + 3 + 2)
-        self.depth_size = perceptron(inputs, 256, 1 + 3 * self.num_parts + 3 * self.num_joints)
-        self.joint = perceptron(inputs, 256, self.num_joints)
-        self.confidence = perceptron(inputs, 64, self.num_parts)
+        depth_size = 1 + 3 * self.num_parts + 3 * self.num_joints
+        self.rot_trans = perceptron(inputs, 256, FROM_THE_FRONT)
+        self.depth_size = perceptron(inputs, 256, [0.0] * depth_size)
+        self.joint = perceptron(inputs, 256, [0.5] * self.num_joints)
+        self.confidence = perceptron(inputs, 64, [0.0] * self.num_parts)
         self.mask = nn.Sequential(
             separable(width, 64), nn.Conv2d(64, self.num_parts + BACKGROUND, 1)
         )
-        # At first: seen from the front and a little above, half open.
-        front = [0.0, -0.9, -0.4, 1.0, 0.0, 0.0, 0.0, 0.0]
-        nn.init.constant_(self.joint[-1].bias, 0.5)  # type: ignore[arg-type]
-        with torch.no_grad():
-            self.rot_trans[-1].bias.copy_(torch.tensor(front))  # type: ignore[operator]
 
     def forward(self, summary: Float[Tensor, "B D"]) -> RawEstimate:
-        """Summary of a crop to the category's raw estimate."""
-        rt, ds = self.rot_trans(summary), self.depth_size(summary)
+        """Summary of a crop to the category's raw estimate, in float32 even under autocast."""
+        rt, ds = self.rot_trans(summary).float(), self.depth_size(summary).float()
         batch, P = summary.shape[0], self.num_parts
         shift = ds[:, 1 + 3 * P :].reshape(batch, self.num_joints, 3)
         return RawEstimate(
@@ -130,10 +170,10 @@ class CategoryHeads(nn.Module):
             right=rt[:, 3:6],
             phi=rt[:, 6:8],
             log_lambda=ds[:, 0],
-            joint_share=self.joint(summary),
+            joint_share=self.joint(summary).float(),
             log_scale=ds[:, 1 : 1 + 3 * P].reshape(batch, P, 3),
             center_shift=torch.cat([torch.zeros_like(shift[:, :1]), shift], dim=1),
-            confidence_logit=self.confidence(summary.detach()),
+            confidence_logit=self.confidence(summary.detach()).float(),
         )
 
 
@@ -154,7 +194,7 @@ class R2ArtNet(nn.Module):
         backbone: str = "mobilenetv2_100",
         input_size: int = 192,
         width: int = 96,
-        backbone_options: dict[str, object] | None = None,
+        backbone_options: dict[str, Any] | None = None,
     ) -> None:
         super().__init__()
         if input_size % 32:
@@ -162,18 +202,13 @@ class R2ArtNet(nn.Module):
         self.input_size = input_size
         self.names = tuple(c.name for c in categories)
         self.priors = {c.name: Prior.from_category(c) for c in categories}
-        self.trunk = timm.create_model(
-            backbone,
-            features_only=True,
-            out_indices=(2, 3, 4),
-            **(backbone_options or {}),
-        )
-        self.neck = Neck(tuple(self.trunk.feature_info.channels()), width)
+        self.trunk, channels = make_trunk(backbone, backbone_options or {})
+        self.neck = Neck(channels, width)
         cells = input_size // 32
         self.pose_summary = Summary(width, cells, 512)
         self.photo_summary = Summary(width, cells, 256)
-        self.found_box = perceptron(256, 128, 4)
-        self.category_logits = perceptron(256, 128, len(categories))
+        self.found_box = perceptron(256, 128, [0.0] * 4)
+        self.category_logits = perceptron(256, 128, [0.0] * len(categories))
         self.photo_mask = nn.Conv2d(width, 1, 1)
         self.heads = nn.ModuleDict(
             {c.name: CategoryHeads(c, 512 + NUM_CUES, width) for c in categories}
@@ -186,7 +221,7 @@ class R2ArtNet(nn.Module):
         box: Float[Tensor, "B 4"],
         K: Float[Tensor, "B 3 3"],
         photo: Float[Tensor, "N 3 S S"],
-    ) -> "TrainingOutput":
+    ) -> TrainingOutput:
         """One training pass: crops of category ``name`` and whole photos of any category.
 
         Both go through the trunk together, so that its batch statistics fit both.
@@ -196,7 +231,7 @@ class R2ArtNet(nn.Module):
         found_box, category_logits = self.find(p16[n:])
         return TrainingOutput(
             raw=self.estimate_raw(name, p16[:n], box, K),
-            mask_logits=self.heads[name].mask(p8[:n]),
+            mask_logits=self.head(name).mask(p8[:n]),
             found_box=found_box,
             category_logits=category_logits,
             photo_mask_logits=self.photo_mask(p8[n:]),
@@ -215,37 +250,19 @@ class R2ArtNet(nn.Module):
     ) -> RawEstimate:
         """Crop features to the raw estimate of category ``name``."""
         cues = geometric_cues(box, K, self.priors[name].frontal_area, self.input_size)
-        return self.heads[name](torch.cat([self.pose_summary(p16), cues], dim=1))
+        return self.head(name)(torch.cat([self.pose_summary(p16), cues], dim=1))
+
+    def head(self, name: str) -> CategoryHeads:
+        """The branches of category ``name``."""
+        return cast(CategoryHeads, self.heads[name])
 
     def find(self, p16: Tensor) -> tuple[Float[Tensor, "B 4"], Float[Tensor, "B C"]]:
-        """Whole-photo features to the object's box (px) and category logits."""
+        """Whole-photo features to the object's box (px) and category logits, in float32."""
         summary = self.photo_summary(p16)
-        center, log_size = self.found_box(summary).split(2, dim=1)
+        center, log_size = self.found_box(summary).float().split(2, dim=1)
         half = (log_size - 0.5).exp() / 2
         box = torch.cat([0.5 + center - half, 0.5 + center + half], dim=1)
-        return box * self.input_size, self.category_logits(summary)
-
-
-@dataclass(frozen=True, kw_only=True)
-class TrainingOutput:
-    """What one training pass yields.
-
-    Attributes:
-        raw: The raw estimate of every crop.
-        mask_logits: Part segmentation of the crops at stride 8; class 0 is no part.
-        found_box: The object's box (px) in every whole photo.
-        category_logits: What the photos show.
-        photo_mask_logits: Where in the photos the object is seen, at stride 8.
-    """
-
-    raw: RawEstimate
-    mask_logits: Float[Tensor, "B P+1 h w"]
-    found_box: Float[Tensor, "N 4"]
-    category_logits: Float[Tensor, "N C"]
-    photo_mask_logits: Float[Tensor, "N 1 h w"]
-
-
-NUM_CUES = 6
+        return box * self.input_size, self.category_logits(summary).float()
 
 
 def geometric_cues(
@@ -269,34 +286,3 @@ def geometric_cues(
         ],
         dim=-1,
     )
-
-
-def unfold_normalisation(trunk: nn.Module, images: Float[Tensor, "B 3 S S"]) -> None:
-    """Give folded BatchNorm layers statistics again without changing what they compute.
-
-    Pre-trained weights whose normalisation was folded into the convolutions train badly: batch
-    statistics would rescale every layer. Here each layer gets the mean and variance it sees on
-    ``images``, and the scale and bias that undo them.
-    """
-    layers = [m for m in trunk.modules() if isinstance(m, nn.BatchNorm2d)]
-    hooks = [m.register_forward_pre_hook(_adopt_statistics) for m in layers]
-    was_training = trunk.training
-    trunk.eval()
-    with torch.no_grad():
-        trunk(images)
-    trunk.train(was_training)
-    for hook in hooks:
-        hook.remove()
-
-
-def _adopt_statistics(layer: nn.Module, inputs: tuple[Tensor, ...]) -> None:
-    assert isinstance(layer, nn.BatchNorm2d)
-    assert layer.running_mean is not None
-    assert layer.running_var is not None
-    x = inputs[0]
-    mean, var = x.mean(dim=(0, 2, 3)), x.var(dim=(0, 2, 3)) + 1e-4
-    gain = layer.weight / (layer.running_var + layer.eps).sqrt()
-    layer.bias.copy_(layer.bias + gain * (mean - layer.running_mean))
-    layer.weight.copy_(gain * (var + layer.eps).sqrt())
-    layer.running_mean.copy_(mean)
-    layer.running_var.copy_(var)

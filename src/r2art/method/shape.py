@@ -113,6 +113,17 @@ def deform(prior: Shape, deformation: Deformation) -> Shape:
     )
 
 
+def thinned(shape: Shape, every: int) -> Shape:
+    """The shape with only each ``every``-th point, which stands for the area of those left out."""
+    keep = slice(None, None, every)
+    return replace(
+        shape,
+        points=shape.points[..., keep, :],
+        normals=shape.normals[..., keep, :],
+        areas=shape.areas[..., keep] * every,
+    )
+
+
 def deformation_of(
     prior: Shape, box_center: Float[Tensor, "*B P 3"], box_size: Float[Tensor, "*B P 3"]
 ) -> Deformation:

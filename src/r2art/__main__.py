@@ -1,0 +1,7 @@
+"""`python -m r2art`."""
+
+import sys
+
+from r2art.cli import main
+
+sys.exit(main())

@@ -1,0 +1,158 @@
+"""`r2art synth`, `train`, `eval` and `export`: make data, learn, measure, ship.
+
+They need the extra ``train``, which is imported only inside them.
+"""
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any, Literal
+
+from tyro.conf import Positional, UseAppendAction, arg
+
+from r2art.core.errors import UsageError
+
+if TYPE_CHECKING:
+    from r2art.core.prediction import Prediction
+    from r2art.data.sample import Sample
+
+
+def synth(
+    category: Annotated[str, Positional, arg(metavar="CATEGORY")],
+    /,
+    *,
+    n: Annotated[int, arg(aliases=["-n"])],
+    out: Path,
+    seed: int = 0,
+    split: Literal["train", "val", "test"] = "train",
+    size: int = 224,
+    backgrounds: Path | None = None,
+    workers: int = 0,
+) -> int:
+    """Render labelled photos of a procedural category.
+
+    The same arguments give the same bytes. A run that was stopped goes on where it was when the
+    same command is given again.
+
+    Args:
+        category: For instance laptop or drawer.
+        n: Photos to make; each shows an object of its own.
+        out: Folder of the dataset.
+        seed: Another seed makes other objects.
+        split: No object is ever in two splits.
+        size: Side of the square photos (px).
+        backgrounds: Folder of photos, .hdr light probes and textures; without it everything is
+            procedural.
+        workers: Processes; 0 takes one per core.
+    """
+    from r2art.data.synth import Synth
+    from r2art.data.synth import synth as run
+
+    run(
+        Synth(
+            category=category,
+            n=n,
+            seed=seed,
+            split=split,
+            size=size,
+            backgrounds=backgrounds,
+            out=out,
+            workers=workers,
+        )
+    )
+    return 0
+
+
+def train(
+    recipe: Annotated[str, Positional, arg(metavar="RECIPE")],
+    /,
+    *,
+    data: UseAppendAction[tuple[Path, ...]],
+    out: Path,
+    steps: int | None = None,
+    backbone_weights: Path | None = None,
+    backgrounds: Path | None = None,
+) -> int:
+    """Train a network on rendered datasets, or go on with a run that was stopped.
+
+    Leaves the checkpoint, a log and loss curves (losses.png) in the run's folder. Several
+    processes: `accelerate launch -m r2art train ...`.
+
+    Args:
+        recipe: tiny, the shipped model; or smoke, a few steps to see that everything runs.
+        data: A dataset of `r2art synth`; once per category.
+        out: Folder of the run.
+        steps: Instead of the recipe's number of optimiser steps.
+        backbone_weights: .npz or .safetensors to start the trunk from.
+        backgrounds: Folder of photos to swap in behind the objects.
+    """
+    from r2art.learn.recipes import RECIPES
+    from r2art.learn.train import Training
+    from r2art.learn.train import train as run
+
+    if recipe not in RECIPES:
+        raise UsageError(f"no recipe {recipe!r}; there are {', '.join(RECIPES)}")
+    if not data:
+        raise UsageError("no data given; add --data DIR for each category")
+    options: dict[str, Any] = {} if steps is None else {"steps": steps}
+    run(
+        Training(
+            recipe=RECIPES[recipe](**options),
+            data=data,
+            backbone_weights=backbone_weights,
+            backgrounds=backgrounds,
+            out=out,
+        )
+    )
+    return 0
+
+
+def export(
+    run: Annotated[Path, Positional, arg(metavar="RUN")], /, *, out: Path = Path("r2art.onnx")
+) -> int:
+    """Write a trained run as one self-contained ONNX file.
+
+    Args:
+        run: Folder of `r2art train`.
+        out: The model file, for `r2art predict --model`.
+    """
+    from r2art.learn.export import export as write
+    from r2art.run.report import say
+
+    write(run, out)
+    say("written", f"{out} ({out.stat().st_size / 1e6:.1f} MB)")
+    return 0
+
+
+def evaluate(
+    *,
+    data: Path,
+    model: Path | None = None,
+    out: Path | None = None,
+    limit: int | None = None,
+    results: Path | None = None,
+) -> int:
+    """Measure a model on a labelled dataset, part by part.
+
+    Every photo is predicted twice: with its box and category given, and with neither.
+
+    Args:
+        data: A dataset of `r2art synth`.
+        model: A model of `r2art export`; default: the one inside r2art.
+        out: Folder for the report: tables, figures, the worst photos.
+        limit: Take only the first so many photos.
+        results: Markdown file in which to (re)write this category's section.
+    """
+    from r2art.data.shards import Dataset
+    from r2art.learn.report import run_eval
+    from r2art.run.predictor import SHIPPED_MODEL, load
+
+    predictor, name = load(model), Dataset.open(data).category.name
+    predictor.category(name)
+
+    def predict(sample: "Sample", given_box: bool) -> "Prediction":
+        if given_box:
+            return predictor.predict(sample.image, sample.camera, name, sample.box.tolist())
+        return predictor.predict(sample.image, sample.camera)
+
+    path = model or Path(str(SHIPPED_MODEL))
+    run_eval(data, predict, path, out=out, limit=limit, results=results)
+    return 0

@@ -1,0 +1,82 @@
+"""What a step is trained on: datasets, backdrops, and the batch of every step."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import torch
+from torch import Tensor
+from torch.nn import functional as F
+
+from r2art.core.errors import InputError
+from r2art.data.shards import Dataset
+from r2art.data.surroundings import Surroundings, read_picture
+from r2art.learn import augment
+from r2art.learn.chance import Chance
+from r2art.learn.memory import Photos
+from r2art.learn.recipes import Recipe
+
+
+def open_datasets(folders: Sequence[Path]) -> dict[str, Dataset]:
+    """The datasets by category, in the categories' alphabetical order.
+
+    Raises:
+        InputError: Two are of one category, or one cannot be opened.
+    """
+    found: dict[str, Dataset] = {}
+    for dataset in map(Dataset.open, folders):
+        name = dataset.category.name
+        if name in found:
+            raise InputError(f"two datasets of {name}; render one larger one instead")
+        found[name] = dataset
+    return dict(sorted(found.items()))
+
+
+def load_photos(folders: Sequence[Path]) -> dict[str, Photos]:
+    """All datasets in memory, by category."""
+    return {name: Photos.from_dataset(d) for name, d in open_datasets(folders).items()}
+
+
+def load_backdrops(folder: Path | None, size: int = 224) -> Tensor | None:
+    """(N, 3, size, size) uint8 photos to stand behind objects."""
+    pictures = []
+    for path in Surroundings.from_folder(folder).photos:
+        photo = torch.from_numpy(read_picture(path).copy()).permute(2, 0, 1)[None].float()
+        side = min(photo.shape[-2:])
+        square = photo[..., :side, :side]
+        pictures.append(F.interpolate(square, (size, size), mode="area")[0].byte())
+    return torch.stack(pictures) if pictures else None
+
+
+@dataclass(frozen=True)
+class Batches:
+    """Makes the batch of any step from that step's number."""
+
+    recipe: Recipe
+    photos: dict[str, Photos]
+    backdrops: Tensor | None
+    device: torch.device
+    rank: int
+
+    def __call__(self, step: int) -> tuple[str, augment.Crops, augment.Views, Tensor]:
+        """Category, its crops, whole photos of all categories, and what those show."""
+        key = np.random.SeedSequence((self.recipe.seed, step, self.rank))
+        chance = Chance(int(key.generate_state(1, np.uint64)[0] >> 1), self.device)
+        names = list(self.photos)
+        name = names[step % len(names)]
+        size, source = self.recipe.input_size, self.photos[name]
+        index = chance.choice(len(source), self.recipe.crops)
+        crops = augment.crops(source, index, size, chance, self.backdrops)
+        parts, category = [], []
+        for c, photos in enumerate(self.photos.values()):
+            n = (self.recipe.photos + (c + step) % len(names)) // len(names)
+            chosen = chance.choice(len(photos), n)
+            parts.append(augment.views(photos, chosen, size, chance, self.backdrops))
+            category += [c] * n
+        views = augment.Views(
+            image=torch.cat([v.image for v in parts]),
+            seen=torch.cat([v.seen for v in parts]),
+            box=torch.cat([v.box for v in parts]),
+        )
+        return name, crops, views, torch.tensor(category, device=self.device)

@@ -1,0 +1,104 @@
+"""What is written is read again, whole, and nothing else is taken for a dataset."""
+
+import json
+from dataclasses import fields
+
+import numpy as np
+import pytest
+
+from r2art.core.camera import Camera
+from r2art.core.errors import InputError
+from r2art.data import shards
+from r2art.data.procedural.prior import category_prior
+from r2art.data.sample import Sample
+from r2art.data.shards import Dataset
+
+
+def some_sample(seed: int = 0) -> Sample:
+    """Of a smooth picture (JPEG is made for those) and labels of every shape."""
+    rng = np.random.default_rng(seed)
+    u, v = np.meshgrid(np.linspace(0, 255, 48), np.linspace(0, 255, 40))
+    return Sample(
+        image=np.stack([u, v, 255 - u], axis=-1).astype(np.uint8),
+        mask=rng.choice(np.array([0, 1, 2, 255], np.uint8), (40, 48)),
+        depth=rng.uniform(0, 5, (40, 48)).astype(np.float32),
+        camera=Camera(50.5, 51.25, 20.125, 24.5, 48, 40),
+        box=rng.normal(size=4),
+        cam_T_part=rng.normal(size=(2, 4, 4)),
+        joint_state=rng.random(1),
+        box_center=rng.normal(size=(2, 3)),
+        box_size=rng.random((2, 3)),
+        axis=rng.normal(size=(1, 3)),
+        pivot=rng.normal(size=(1, 3)),
+        visible=rng.random(2),
+    )
+
+
+@pytest.fixture
+def dataset(tmp_path):
+    """Two shards of two and one samples, with manifest and prior."""
+    category_prior("laptop", range(2)).save(tmp_path / shards.PRIOR)
+    manifest = {"format": shards.FORMAT, "n": 3, "shards": 2}
+    (tmp_path / shards.MANIFEST).write_text(json.dumps(manifest))
+    for number, block in enumerate(([0, 1], [2])):
+        rows = [shards.to_row(i, some_sample(i)) for i in block]
+        shards.write_shard(shards.shard_path(tmp_path, number), rows)
+    return tmp_path
+
+
+def assert_same(actual: Sample, expected: Sample) -> None:
+    assert actual.camera == expected.camera
+    for field in fields(Sample):
+        name = field.name
+        first, second = getattr(actual, name), getattr(expected, name)
+        if name == "image":
+            assert np.abs(first.astype(int) - second).mean() < 2
+        elif name == "depth":
+            np.testing.assert_allclose(first, second, atol=shards.DEPTH_UNIT / 2 + 1e-6)
+        elif name != "camera":
+            np.testing.assert_array_equal(first, second)
+
+
+def test_a_dataset_gives_back_every_sample_in_order(dataset):
+    opened = Dataset.open(dataset)
+    rows = list(opened.rows())
+    assert len(opened) == len(rows) == 3
+    assert [row["index"] for row in rows] == [0, 1, 2]
+    for i, row in enumerate(rows):
+        assert_same(shards.from_row(row), some_sample(i))
+    assert opened.category.name == "laptop"
+
+
+def test_depth_beyond_what_16_bits_hold_is_cut_not_wrapped():
+    sample = some_sample()
+    sample.depth[0, 0] = 90.0
+    read = shards.from_row(shards.to_row(0, sample))
+    assert read.depth[0, 0] == pytest.approx(65535 * shards.DEPTH_UNIT)
+
+
+def test_a_failed_write_leaves_the_old_file(tmp_path):
+    path = tmp_path / "file"
+    shards.write_atomically(path, b"old")
+    (tmp_path / "file.part").mkdir()  # so that the new one cannot be written
+    with pytest.raises(InputError, match="cannot write"):
+        shards.write_atomically(path, b"new")
+    assert path.read_bytes() == b"old"
+
+
+def test_a_folder_that_is_no_dataset_is_refused_with_the_remedy(tmp_path):
+    with pytest.raises(InputError, match=r"holds no manifest\.json; make one with `r2art synth`"):
+        Dataset.open(tmp_path)
+    with pytest.raises(InputError, match=r"holds no manifest\.json"):
+        Dataset.open(tmp_path / "nowhere")
+    (tmp_path / shards.MANIFEST).write_text('{"name": "a web page"}')
+    with pytest.raises(InputError, match="not of a dataset in format"):
+        Dataset.open(tmp_path)
+    (tmp_path / shards.MANIFEST).write_text('{"name": ')
+    with pytest.raises(InputError, match="is not JSON"):
+        Dataset.open(tmp_path)
+
+
+def test_an_unfinished_dataset_is_refused_with_the_remedy(dataset):
+    shards.shard_path(dataset, 1).unlink()
+    with pytest.raises(InputError, match=r"holds 1 of 2 shards; run the same `r2art synth`"):
+        Dataset.open(dataset)

@@ -1,0 +1,199 @@
+"""The model file says what torch says, knows itself, and the run tier can use it."""
+
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import onnx
+import onnxruntime
+import pytest
+import torch
+
+from r2art.core.camera import Camera
+from r2art.core.errors import InputError, ModelError
+from r2art.core.image import crop_square
+from r2art.learn import augment, checkpoint, recipes
+from r2art.learn.export import FIELDS, Graph, export, output_names
+from r2art.method.estimate import estimate, within_limits
+from r2art.method.network import R2ArtNet
+from r2art.run.predictor import load
+
+S = 64
+K = np.array([[[70.0, 0, 30], [0, 72, 33], [0, 0, 1]]], np.float32)
+
+
+@pytest.fixture(scope="module")
+def exported(run, tmp_path_factory) -> Path:
+    path = tmp_path_factory.mktemp("model") / "small.onnx"
+    export(run, path)
+    return path
+
+
+@pytest.fixture(scope="module")
+def session(exported):
+    return onnxruntime.InferenceSession(exported, providers=["CPUExecutionProvider"])
+
+
+def feeds(n: int):
+    rng = np.random.default_rng(0)
+    for _ in range(n):
+        corner = rng.uniform(2, 20, 2)
+        box = np.array([[*corner, *(corner + rng.uniform(20, 40, 2))]], np.float32)
+        yield {"image": rng.integers(0, 256, (1, S, S, 3), np.uint8), "K": K, "box": box}
+
+
+def differences(network: R2ArtNet, session, feed) -> dict[str, float]:
+    """Largest difference of every output, relative where it is beyond 1."""
+    with torch.no_grad():
+        expected = Graph(network)(*(torch.from_numpy(feed[k]) for k in ("image", "K", "box")))
+    names = [o.name for o in session.get_outputs()]
+    assert names == output_names(network.names)
+    actual = session.run(None, feed)
+    found = {}
+    for name, a, e in zip(names, actual, expected, strict=True):
+        assert a.shape == tuple(e.shape)
+        assert np.isfinite(a).all()
+        found[name] = float((np.abs(a - e.numpy()) / np.maximum(1, np.abs(e.numpy()))).max())
+    return found
+
+
+def test_the_file_computes_what_torch_does(run, session):
+    """Although its large weights are stored with half the digits."""
+    network, _ = checkpoint.load_network(run)
+    for feed in feeds(4):
+        for name, difference in differences(network, session, feed).items():
+            assert difference < 1e-3, name
+
+
+def test_the_answer_is_that_of_the_method(run, session):
+    """The file's names stand for the fields they say."""
+    network, _ = checkpoint.load_network(run)
+    feed = next(feeds(1))
+    names = [o.name for o in session.get_outputs()]
+    said = dict(zip(names, session.run(None, feed), strict=True))
+    image, intrinsics, box = (torch.from_numpy(feed[k]) for k in ("image", "K", "box"))
+    with torch.no_grad():
+        p16 = network.features(image.permute(0, 3, 1, 2).float() / 127.5 - 1)[1]
+        assert said["category_scores"].sum() == pytest.approx(1, abs=1e-5)
+        np.testing.assert_allclose(said["found_box"], network.find(p16)[0], rtol=1e-3, atol=0.05)
+        for name in network.names:
+            raw = network.estimate_raw(name, p16, box, intrinsics)
+            raw = replace(raw, joint_share=within_limits(raw.joint_share))
+            found = estimate(network.priors[name], raw, box, intrinsics)
+            expected = {
+                "cam_T_part": found.cam_T_part,
+                "box_center": found.shape.box_center,
+                "box_size": found.shape.box_size,
+                "confidence": raw.confidence_logit.sigmoid(),
+                "joint_state": found.joint_state,
+                "axis": found.axis,
+                "pivot": found.pivot,
+            }
+            assert set(expected) == set(FIELDS)
+            for field, value in expected.items():
+                np.testing.assert_allclose(said[f"{name}.{field}"], value, rtol=2e-3, atol=1e-3)
+
+
+def test_one_file_holds_it_all_and_is_small(exported, photos):
+    assert [p.name for p in exported.parent.iterdir()] == [exported.name]
+    assert exported.stat().st_size < 20e6
+    model = onnx.load(exported, load_external_data=False)
+    assert not any(t.external_data for t in model.graph.initializer)
+    stored = {t.data_type for t in model.graph.initializer if np.prod(t.dims) >= 4096}
+    assert stored == {onnx.TensorProto.FLOAT16}
+    recipe = recipes.tiny()
+    shipped = R2ArtNet(
+        tuple(p.category for p in photos.values()),
+        recipe.backbone,
+        recipe.input_size,
+        recipe.width,
+        recipe.backbone_options,
+    )
+    assert 2.1 * sum(p.numel() for p in shipped.parameters()) < 20e6
+
+
+def test_the_metadata_is_what_the_run_tier_reads(exported, session, photos):
+    about = json.loads(session.get_modelmeta().custom_metadata_map["r2art"])
+    assert about["format"] == "r2art/model/1"
+    assert about["input_size"] == S
+    assert about["crop_margin"] == augment.CROP_MARGIN == 1.25
+    assert isinstance(about["version"], str)
+    assert about["trained"]["recipe"]["steps"] == 30
+    assert [c["name"] for c in about["categories"]] == sorted(photos)
+    for described in about["categories"]:
+        category = photos[described["name"]].category
+        assert described["parts"] == list(category.part_names)
+        for said, joint in zip(described["joints"], category.joints, strict=True):
+            assert said == {
+                "name": joint.name,
+                "kind": joint.kind,
+                "parent": joint.parent,
+                "limits": list(joint.limits),
+            }
+    inputs = {i.name: (i.type, i.shape) for i in session.get_inputs()}
+    assert inputs == {
+        "image": ("tensor(uint8)", [1, S, S, 3]),
+        "K": ("tensor(float)", [1, 3, 3]),
+        "box": ("tensor(float)", [1, 4]),
+    }
+
+
+def test_states_stay_within_their_limits_whatever_the_picture(exported, session):
+    about = json.loads(session.get_modelmeta().custom_metadata_map["r2art"])
+    for feed in feeds(6):
+        said = dict(
+            zip([o.name for o in session.get_outputs()], session.run(None, feed), strict=True)
+        )
+        for category in about["categories"]:
+            lower, upper = np.array([j["limits"] for j in category["joints"]]).T
+            state = said[f"{category['name']}.joint_state"][0]
+            assert np.all((state >= lower - 1e-6) & (state <= upper + 1e-6))
+            confidence = said[f"{category['name']}.confidence"]
+            assert np.all((confidence >= 0) & (confidence <= 1))
+
+
+def test_the_predictor_says_what_the_network_says_of_the_crop(run, exported, photos):
+    predictor = load(exported)
+    network, _ = checkpoint.load_network(run)
+    for name, some in photos.items():
+        for i in range(3):
+            (fx, _, cx), (_, fy, cy), _ = some.K[i].tolist()
+            pixels, box = some.image[i].permute(1, 2, 0).numpy(), some.box[i].tolist()
+            camera = Camera(fx, fy, cx, cy, pixels.shape[1], pixels.shape[0])
+            said = predictor.predict(pixels, camera, name, box)
+            crop = crop_square(pixels, camera, box, S, augment.CROP_MARGIN)
+            with torch.no_grad():
+                expected = dict(
+                    zip(
+                        output_names(network.names),
+                        Graph(network)(
+                            torch.from_numpy(crop.pixels[None]),
+                            torch.tensor(crop.camera.K[None], dtype=torch.float32),
+                            torch.tensor([crop.from_photo(box)], dtype=torch.float32),
+                        ),
+                        strict=True,
+                    )
+                )
+            for part, pose in zip(said.parts, expected[f"{name}.cam_T_part"][0], strict=True):
+                np.testing.assert_allclose(part.cam_T_part, pose, atol=2e-3)
+            for joint, state in zip(said.joints, expected[f"{name}.joint_state"][0], strict=True):
+                assert joint.state == pytest.approx(float(state), abs=2e-3)
+
+
+def test_the_predictor_finds_and_names_without_help(exported, photos):
+    predictor = load(exported)
+    image = photos["laptop"].image[0].permute(1, 2, 0).numpy()
+    said = predictor.predict(image, Camera.from_fov(0.8, 64, 64))
+    assert said.category in photos
+    assert said.category_score >= 0.5
+    assert np.isfinite(said.box).all()
+    assert said.parts[0].cam_T_part[2, 3] > 0
+
+
+def test_exporting_without_a_run_or_a_place_gives_one_clear_error(run, tmp_path, monkeypatch):
+    with pytest.raises(ModelError, match="holds no trained run"):
+        export(tmp_path, tmp_path / "model.onnx")
+    monkeypatch.setattr("r2art.learn.export.to_onnx", lambda *_: b"")
+    with pytest.raises(InputError, match="cannot write"):
+        export(run, tmp_path / "none" / "model.onnx")

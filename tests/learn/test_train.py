@@ -1,0 +1,354 @@
+"""Runs: stopped or not they end the same, they learn, and nothing bad gets into a checkpoint."""
+
+import json
+import math
+from dataclasses import replace
+from itertools import pairwise
+from pathlib import Path
+
+import pytest
+import torch
+from PIL import Image
+from safetensors.torch import load_file
+from torch.optim.swa_utils import AveragedModel
+
+from r2art.core.category import Category
+from r2art.core.errors import InputError, ModelError
+from r2art.data import shards
+from r2art.data.shards import Dataset
+from r2art.learn import checkpoint
+from r2art.learn import train as train_module
+from r2art.learn.batches import Batches, load_backdrops, load_photos, open_datasets
+from r2art.learn.journal import CURVES, LOG, Journal, forget_after, plot_losses, read_log
+from r2art.learn.memory import Photos
+from r2art.learn.objective import Weights
+from r2art.learn.recipes import RECIPES, Recipe
+from r2art.learn.train import Training, learning_rate_share, make_optimizer, train
+from r2art.method.network import R2ArtNet
+
+SMALL = {
+    "backbone": "mobilenetv2_050",
+    "backbone_options": {"pad_type": "same"},
+    "input_size": 64,
+    "width": 32,
+}
+SHORT = Recipe(
+    **SMALL,
+    steps=5,
+    crops=3,
+    photos=3,
+    warm_up=2,
+    ema=0.8,
+    cascade_from=2,
+    cascade_pixels=24,
+)
+
+
+@pytest.fixture
+def often(monkeypatch):
+    """Log every step, save every third."""
+    monkeypatch.setattr(train_module, "LOG_EVERY", 1)
+    monkeypatch.setattr(train_module, "SAVE_EVERY", 3)
+
+
+@pytest.fixture
+def job(datasets, tmp_path) -> Training:
+    return Training(
+        recipe=SHORT,
+        data=tuple(datasets.values()),
+        backbone_weights=None,
+        backgrounds=None,
+        out=tmp_path / "run",
+    )
+
+
+def log_of(folder: Path) -> list[dict]:
+    return [{k: v for k, v in e.items() if k != "seconds"} for e in read_log(folder)]
+
+
+def test_a_run_that_was_stopped_ends_as_one_that_was_not(job, often, monkeypatch, tmp_path):
+    whole = replace(job, out=tmp_path / "whole")
+    train(whole)
+    write = Journal.write
+
+    def stopped(self, step):
+        write(self, step)
+        if step == 4:  # one step after the last checkpoint
+            raise KeyboardInterrupt
+
+    monkeypatch.setattr(Journal, "write", stopped)
+    with pytest.raises(KeyboardInterrupt):
+        train(job)
+    assert [e["step"] for e in log_of(job.out)] == [1, 2, 3, 4]
+    assert int(load_file(job.out / checkpoint.STATE)["step"]) == 3
+    monkeypatch.setattr(Journal, "write", write)
+    train(job)
+
+    assert [e["step"] for e in log_of(job.out)] == [1, 2, 3, 4, 5]
+    for entry, expected in zip(log_of(job.out), log_of(whole.out), strict=True):
+        assert entry == pytest.approx(expected, abs=2e-5)
+    ended, expected = (load_file(out / checkpoint.STATE) for out in (job.out, whole.out))
+    assert ended.keys() == expected.keys()
+    for key, value in expected.items():
+        torch.testing.assert_close(ended[key], value, rtol=1e-6, atol=1e-6)
+    again = (job.out / checkpoint.STATE).stat().st_mtime_ns
+    train(job)  # it is done
+    assert (job.out / checkpoint.STATE).stat().st_mtime_ns == again
+
+
+def test_a_run_learns(run):
+    entries = read_log(run)
+    assert [e["step"] for e in entries] == [5, 10, 15, 20, 25, 30]
+    for name, share in [("total", 0.88), ("shape", 0.9), ("confidence", 0.8)]:
+        after = (entries[3][name] + entries[4][name]) / 2  # before the cascade joins the total
+        assert after < share * entries[0][name], name
+    assert ["cascade" in e for e in entries] == 5 * [False] + [True]
+    assert (run / CURVES).stat().st_size > 10_000
+
+
+def test_a_run_leaves_a_network_and_what_it_was_trained_on(run, datasets):
+    network, facts = checkpoint.load_network(run)
+    assert network.names == ("drawer", "laptop")
+    assert not network.training
+    assert facts["skipped_steps"] == 0
+    assert facts["recipe"]["steps"] == 30
+    named = {manifest["category"]: manifest for manifest in facts["data"]}
+    assert named == {name: Dataset.open(path).manifest for name, path in datasets.items()}
+    assert not list(run.glob("*.part"))
+
+
+def test_the_exported_weights_are_the_average(run):
+    tensors = load_file(run / checkpoint.STATE)
+    network, _ = checkpoint.load_network(run)
+    for key, value in network.state_dict().items():
+        assert torch.equal(value, tensors[f"average.module.{key}"])
+    assert not torch.equal(
+        tensors["average.module.found_box.0.weight"], tensors["model.found_box.0.weight"]
+    )
+
+
+def copy_of_run(run: Path, tmp_path: Path) -> Path:
+    folder = tmp_path / "copy"
+    folder.mkdir()
+    for path in run.iterdir():
+        (folder / path.name).write_bytes(path.read_bytes())
+    return folder
+
+
+def loaded_run(folder: Path) -> checkpoint.Run:
+    about = json.loads((folder / checkpoint.RUN).read_text())
+    recipe = Recipe(**about["recipe"] | {"weights": Weights()})
+    average, _ = checkpoint.load_network(folder)
+    priors = tuple(Category.load(folder / f"{name}.npz") for name in about["categories"])
+    network = R2ArtNet(priors, **SMALL)
+    wrapped = AveragedModel(average, use_buffers=True)
+    return checkpoint.Run(
+        recipe=recipe,
+        categories=priors,
+        network=network,
+        average=wrapped,
+        optimizer=make_optimizer(network, recipe),
+    )
+
+
+def test_a_failed_save_leaves_the_checkpoint_before(run, tmp_path, monkeypatch):
+    folder = copy_of_run(run, tmp_path)
+    state = loaded_run(folder)
+    before = (folder / checkpoint.STATE).read_bytes()
+
+    def full_disk(tensors, path):
+        Path(path).write_bytes(b"half of it")
+        raise OSError("no space left on device")
+
+    monkeypatch.setattr(checkpoint, "save_file", full_disk)
+    with pytest.raises(OSError, match="no space"):
+        checkpoint.save(folder, 99, state, {"data": []})
+    assert (folder / checkpoint.STATE).read_bytes() == before
+    assert checkpoint.resume(folder, state)[0] == 30
+
+
+def test_saving_what_was_resumed_changes_nothing(run, tmp_path):
+    folder = copy_of_run(run, tmp_path)
+    state = loaded_run(folder)
+    step, facts = checkpoint.resume(folder, state)
+    before = load_file(folder / checkpoint.STATE)
+    checkpoint.save(folder, step, state, {k: facts[k] for k in ("data", "skipped_steps")})
+    after = load_file(folder / checkpoint.STATE)
+    assert before.keys() == after.keys()
+    assert all(torch.equal(before[k], after[k]) for k in before)
+    assert any(k.startswith("optimizer.") for k in before)
+
+
+def test_a_folder_with_another_network_is_refused(run, tmp_path, job):
+    folder = copy_of_run(run, tmp_path)
+    with pytest.raises(InputError, match=r"another run \(differs in width\); choose another --out"):
+        train(replace(job, recipe=replace(SHORT, width=48), out=folder))
+    with pytest.raises(InputError, match=r"another run \(differs in categories\)"):
+        train(replace(job, data=job.data[:1], out=folder))
+
+
+def test_a_folder_without_a_run_is_refused_with_the_remedy(tmp_path):
+    with pytest.raises(ModelError, match="holds no trained run; train one with `r2art train`"):
+        checkpoint.load_network(tmp_path)
+
+
+@pytest.mark.filterwarnings("ignore:invalid value encountered:RuntimeWarning")
+def test_a_step_without_a_finite_gradient_is_skipped_and_counted(
+    datasets, tmp_path, often, monkeypatch
+):
+    """A broken label in the data: the steps that meet it leave no trace, statistics included."""
+    photos = Photos.from_dataset(Dataset.open(datasets["drawer"]))
+    recipe = replace(SHORT, crops=2, photos=1, steps=8)
+    batches = Batches(recipe, {"drawer": photos}, None, torch.device("cpu"), 0)
+    met = {s: set(batches(s)[1].joint_state[:, 0].tolist()) for s in range(8)}
+    chosen = max(
+        (x for xs in met.values() for x in xs), key=lambda x: sum(x in xs for xs in met.values())
+    )
+    broken = int((photos.joint_state[:, 0] == chosen).nonzero()[0, 0])
+
+    folder = tmp_path / "broken"
+    folder.mkdir()
+    for path in datasets["drawer"].iterdir():
+        (folder / path.name).write_bytes(path.read_bytes())
+    rows = list(Dataset.open(folder).rows())
+    rows[broken]["box"] = [math.nan] * 4
+    shards.write_shard(shards.shard_path(folder, 0), rows)
+    job = Training(
+        recipe=recipe, data=(folder,), backbone_weights=None, backgrounds=None, out=tmp_path / "run"
+    )
+    train(job)
+    skipped = [e["step"] for e in log_of(job.out) if "total" not in e]
+    assert 1 <= len(skipped) < 8
+    assert json.loads((job.out / checkpoint.RUN).read_text())["skipped_steps"] == len(skipped)
+    for key, value in load_file(job.out / checkpoint.STATE).items():
+        assert torch.isfinite(value).all(), key
+    assert all(math.isfinite(v) for e in log_of(job.out) for v in e.values())
+
+    train(replace(job, recipe=replace(recipe, steps=9)))  # the count goes on
+    assert json.loads((job.out / checkpoint.RUN).read_text())["skipped_steps"] >= len(skipped)
+
+
+def test_a_batch_depends_on_its_step_alone(photos):
+    batches = Batches(SHORT, photos, None, torch.device("cpu"), 0)
+    other_rank = replace(batches, rank=1)
+    name, crops, views, category = batches(3)
+    batches(1)
+    again = batches(3)
+    assert again[0] == name
+    assert torch.equal(again[1].image, crops.image)
+    assert torch.equal(again[2].image, views.image)
+    assert torch.equal(again[3], category)
+    for different in (batches(5), other_rank(3)):
+        assert different[0] == name
+        assert not torch.equal(different[1].image, crops.image)
+
+
+def test_all_categories_take_turns(photos):
+    batches = Batches(SHORT, photos, None, torch.device("cpu"), 0)
+    made = [batches(step) for step in range(4)]
+    assert [name for name, *_ in made] == list(photos) * 2
+    for name, crops, views, category in made:
+        assert crops.cam_T_part.shape[1] == len(photos[name].category.part_names)
+        assert len(views.image) == len(category) == SHORT.photos
+        assert set(category.tolist()) == {0, 1}
+    assert {sum(category.tolist()) for *_, category in made} == {1, 2}  # of three photos
+
+
+def test_two_datasets_of_a_category_are_refused(datasets):
+    with pytest.raises(InputError, match="two datasets of laptop"):
+        open_datasets([datasets["laptop"], datasets["drawer"], datasets["laptop"]])
+    assert list(load_photos([datasets["laptop"], datasets["drawer"]])) == ["drawer", "laptop"]
+
+
+def test_photos_keep_what_the_dataset_says(datasets, photos):
+    for name, some in photos.items():
+        samples = [shards.from_row(row) for row in Dataset.open(datasets[name]).rows()]
+        assert len(some) == len(samples)
+        for i, sample in enumerate(samples):
+            assert torch.equal(
+                some.image[i], torch.from_numpy(sample.image.copy()).permute(2, 0, 1)
+            )
+            assert torch.equal(some.mask[i], torch.from_numpy(sample.mask.copy()))
+            assert some.K[i].numpy() == pytest.approx(sample.camera.K)
+            assert some.cam_T_part[i].numpy() == pytest.approx(sample.cam_T_part, abs=1e-6)
+            assert some.box[i].numpy() == pytest.approx(sample.box, rel=1e-6)
+
+
+def test_photos_of_two_sizes_do_not_stack(photos, datasets):
+    samples = [shards.from_row(row) for row in Dataset.open(datasets["drawer"]).rows()][:2]
+    small = replace(samples[1], image=samples[1].image[:32, :32], mask=samples[1].mask[:32, :32])
+    with pytest.raises(InputError, match=r"sample 1 is \(32, 32\) px, others are \(64, 64\)"):
+        Photos.from_samples(photos["drawer"].category, [samples[0], small], 2)
+    with pytest.raises(InputError, match="dataset of drawer is empty"):
+        Photos.from_samples(photos["drawer"].category, [], 0)
+
+
+def test_backdrops_are_square_cuts_of_the_photos(tmp_path):
+    assert load_backdrops(None) is None
+    assert load_backdrops(tmp_path) is None
+    folder = tmp_path / "some"
+    folder.mkdir()
+    Image.new("RGB", (40, 30), (10, 200, 30)).save(folder / "a.png")
+    made = load_backdrops(folder, 16)
+    assert made.shape == (1, 3, 16, 16)
+    assert made[0, :, 3, 3].tolist() == [10, 200, 30]
+
+
+def test_the_learning_rate_warms_up_and_falls_to_a_hundredth():
+    recipe = Recipe(steps=1000, warm_up=100)
+    shares = [learning_rate_share(step, recipe) for step in range(1000)]
+    assert shares[0] == pytest.approx(0.01)
+    assert max(shares) == pytest.approx(shares[100]) == pytest.approx(1)
+    assert all(b > a for a, b in pairwise(shares[:100]))
+    assert all(b < a for a, b in pairwise(shares[100:]))
+    assert shares[-1] == pytest.approx(0.01, abs=1e-4)
+
+
+def test_every_parameter_is_optimised_once_and_decays_if_it_is_a_weight(photos):
+    network = R2ArtNet(tuple(p.category for p in photos.values()), **SMALL)
+    recipe = replace(SHORT, learning_rate=1.0, trunk_learning_rate=0.1, weight_decay=0.5)
+    names = {id(p): name for name, p in network.named_parameters()}
+    seen = []
+    for group in make_optimizer(network, recipe).param_groups:
+        for parameter in group["params"]:
+            name = names[id(parameter)]
+            seen.append(name)
+            assert group["peak_lr"] == (0.1 if name.startswith("trunk.") else 1.0)
+            assert group["weight_decay"] == (0.5 if parameter.ndim > 1 else 0.0)
+    assert sorted(seen) == sorted(names.values())
+
+
+@pytest.mark.parametrize("name", sorted(RECIPES))
+def test_every_recipe_builds_a_network_and_takes_its_number_of_steps(name, photos):
+    recipe = RECIPES[name](7)
+    assert recipe.steps == 7
+    assert recipe.cascade_from < 7
+    R2ArtNet(
+        tuple(p.category for p in photos.values()),
+        recipe.backbone,
+        recipe.input_size,
+        recipe.width,
+        recipe.backbone_options,
+    )
+
+
+def test_the_journal_writes_means_over_the_steps_that_had_the_loss(tmp_path):
+    diary = Journal(tmp_path)
+    diary.add({"total": torch.tensor(1.0)})
+    diary.add({"total": torch.tensor(3.0), "cascade": torch.tensor(5.0)})
+    assert diary.means() == {"total": 2.0, "cascade": 5.0}
+    diary.write(2)
+    diary.add({"total": torch.tensor(0.0)})
+    diary.write(4)
+    first, second = log_of(tmp_path)
+    assert first == {"step": 2, "total": 2.0, "cascade": 5.0}
+    assert second == {"step": 4, "total": 0.0}
+    plot_losses(tmp_path)  # a loss that is zero has no logarithm
+    assert (tmp_path / CURVES).exists()
+    forget_after(tmp_path, 3)
+    assert log_of(tmp_path) == [first]
+    forget_after(tmp_path, 0)
+    assert (tmp_path / LOG).read_text() == ""
+    (tmp_path / CURVES).unlink()
+    plot_losses(tmp_path)
+    assert not (tmp_path / CURVES).exists()
