@@ -82,7 +82,14 @@ def folder(tmp_path_factory):
     folder.mkdir()
     category = make_category()
     category.save(folder / shards.PRIOR)
-    manifest = {"category": "box", "n": N, "seed": 0, "split": "test", "size": 64}
+    manifest = {
+        "format": shards.FORMAT,
+        "category": "box",
+        "n": N,
+        "seed": 0,
+        "split": "test",
+        "size": 64,
+    }
     manifest |= {"backgrounds": False, "shards": 1}
     (folder / shards.MANIFEST).write_text(json.dumps(manifest))
     rows = [shards.to_row(i, make_sample(category, i)) for i in range(N)]

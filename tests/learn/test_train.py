@@ -193,18 +193,14 @@ def test_a_folder_without_a_run_is_refused_with_the_remedy(tmp_path):
 
 
 @pytest.mark.filterwarnings("ignore:invalid value encountered:RuntimeWarning")
-def test_a_step_without_a_finite_gradient_is_skipped_and_counted(
-    datasets, tmp_path, often, monkeypatch
-):
+def test_a_step_without_a_finite_gradient_is_skipped_and_counted(datasets, tmp_path, often):
     """A broken label in the data: the steps that meet it leave no trace, statistics included."""
     photos = Photos.from_dataset(Dataset.open(datasets["drawer"]))
-    recipe = replace(SHORT, crops=2, photos=1, steps=8)
+    recipe = replace(SHORT, crops=2, photos=1, steps=5)
     batches = Batches(recipe, {"drawer": photos}, None, torch.device("cpu"), 0)
-    met = {s: set(batches(s)[1].joint_state[:, 0].tolist()) for s in range(8)}
-    chosen = max(
-        (x for xs in met.values() for x in xs), key=lambda x: sum(x in xs for xs in met.values())
-    )
-    broken = int((photos.joint_state[:, 0] == chosen).nonzero()[0, 0])
+    met = [size for s in range(5) for size in set(batches(s)[1].box_size[:, 0, 0].tolist())]
+    often_met = max(met, key=met.count)
+    broken = int((photos.box_size[:, 0, 0] == often_met).nonzero()[0, 0])
 
     folder = tmp_path / "broken"
     folder.mkdir()
@@ -218,13 +214,13 @@ def test_a_step_without_a_finite_gradient_is_skipped_and_counted(
     )
     train(job)
     skipped = [e["step"] for e in log_of(job.out) if "total" not in e]
-    assert 1 <= len(skipped) < 8
+    assert 1 <= len(skipped) < 5
     assert json.loads((job.out / checkpoint.RUN).read_text())["skipped_steps"] == len(skipped)
     for key, value in load_file(job.out / checkpoint.STATE).items():
         assert torch.isfinite(value).all(), key
     assert all(math.isfinite(v) for e in log_of(job.out) for v in e.values())
 
-    train(replace(job, recipe=replace(recipe, steps=9)))  # the count goes on
+    train(replace(job, recipe=replace(recipe, steps=6)))  # the count goes on
     assert json.loads((job.out / checkpoint.RUN).read_text())["skipped_steps"] >= len(skipped)
 
 
