@@ -53,7 +53,7 @@ def warm_times(predictor: Predictor, model: Path, path: Path, runs: int) -> dict
     """Median ms of a whole `predict`, of its steps, and of the bare network."""
     network = predictor.model
     photo = read_image(path)
-    camera, _, _ = choose_camera(photo, None)
+    camera, _ = choose_camera(photo, None)
     seen = predictor.predict(photo)
     category = network.categories[predictor.categories.index(seen.category)]
     size, margin = network.input_size, network.crop_margin

@@ -40,10 +40,8 @@ def predict(
     *,
     category: Annotated[str | None, _option("NAME", "the model says")] = None,
     box: Annotated[Numbers | None, FOUR, _option("X1 Y1 X2 Y2", "the model finds it")] = None,
-    camera: Annotated[
-        Numbers | None, FOUR, _option("FX FY CX CY", "EXIF, else a guess of 60°")
-    ] = None,
-    fov: Annotated[float | None, _option("DEG", "EXIF, else a guess of 60°")] = None,
+    camera: Annotated[Numbers | None, FOUR, _option("FX FY CX CY", "EXIF, else a guess")] = None,
+    fov: Annotated[float | None, _option("DEG", "EXIF, else a guess")] = None,
     model: Annotated[Path | None, _option("PATH", "the one inside r2art")] = None,
     out: Annotated[Path | None, _option("DIR", f"{DEFAULT_OUT}, with --json none")] = None,
     json: Annotated[bool, arg(help_behavior_hint="")] = False,

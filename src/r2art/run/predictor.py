@@ -14,13 +14,13 @@ from numpy.typing import NDArray
 
 from r2art.core.camera import Camera
 from r2art.core.errors import InputError, UsageError
-from r2art.core.image import Box, ImageLike, Photo, crop_square, letterbox, read_image
+from r2art.core.image import Box, ImageLike, Photo, View, crop_square, letterbox, read_image
 from r2art.core.prediction import CameraSource, JointEstimate, PartEstimate, Prediction
+from r2art.run.guess import best_camera, cameras
 from r2art.run.model import Model, ModelCategory
 
 SHIPPED_MODEL = files("r2art") / "weights" / "r2art.onnx"
 
-GUESSED_FOV = float(np.radians(60))
 # EXIF focal lengths outside this range (in units of the longer side) are taken for nonsense.
 PLAUSIBLE_FOCAL = (0.2, 20.0)
 
@@ -80,8 +80,8 @@ class Predictor:
 
         Args:
             image: A file, a Pillow image, an array, or a `Photo`; see `read_image`.
-            camera: The photo's camera; else the EXIF focal length, else a guess of 60° across
-                the longer side, which the result's warnings then tell.
+            camera: The photo's camera; else the EXIF focal length, else a guess (60°, 45° or
+                35° across the longer side, whichever fits best), which the warnings then tell.
             category: One of ``categories``; else the model says which it sees.
             box: x1 y1 x2 y2 (px) around the whole object; it may leave the photo where the
                 object does. Else the model finds it.
@@ -92,7 +92,8 @@ class Predictor:
         """
         known = None if category is None else self.category(category)
         photo = read_image(image)
-        camera, source, warnings = choose_camera(photo, camera)
+        camera, source = choose_camera(photo, camera)
+        warnings: tuple[str, ...] = ()
         box = None if box is None else check_box(box, photo)
         score = None
         if known is None or box is None:
@@ -104,7 +105,16 @@ class Predictor:
                 box, doubts = usable_box(view.to_photo(seen["found_box"].tolist()), photo)
                 warnings += doubts
         view = crop_square(photo.pixels, camera, box, self.model.input_size, self.model.crop_margin)
-        posed = _finite(self.model.pose(view, view.from_photo(box), known))
+        box_in_view = view.from_photo(box)
+
+        def pose(view: View) -> Outputs:
+            return _finite(self.model.pose(view, box_in_view, known))
+
+        if source == "guessed":
+            camera, posed = best_camera(view, photo.width, photo.height, box_in_view, pose)
+            warnings = (_guess_doubt(camera), *warnings)
+        else:
+            posed = pose(view)
         parts = _parts(known, posed)
         return Prediction(
             image_path=None if photo.path is None else _text(photo.path),
@@ -139,10 +149,8 @@ def _text(path: Path) -> str:
     return os.fsencode(path).decode(errors="replace")
 
 
-def choose_camera(
-    photo: Photo, given: Camera | None
-) -> tuple[Camera, CameraSource, tuple[str, ...]]:
-    """The photo's camera, where it comes from, and what makes it doubtful.
+def choose_camera(photo: Photo, given: Camera | None) -> tuple[Camera, CameraSource]:
+    """The photo's camera and where it comes from; a guessed one is only the first to try.
 
     Raises:
         UsageError: The given camera belongs to an image of another size.
@@ -154,18 +162,21 @@ def choose_camera(
                 f"the camera is that of a {given.width}×{given.height} image, but the photo "
                 f"(upright) has {width}×{height} px; resize the camera along with the photo"
             )
-        return given, "given", ()
+        return given, "given"
     if photo.focal is not None:
         shortest, longest = (f * max(width, height) for f in PLAUSIBLE_FOCAL)
         if shortest <= photo.focal <= longest:
             f = photo.focal
-            return Camera(f, f, width / 2, height / 2, width, height), "exif", ()
-    guess = Camera.from_fov(GUESSED_FOV, width, height)
-    doubt = (
-        "the photo tells no focal length: guessed a field of view of 60° across the longer "
+            return Camera(f, f, width / 2, height / 2, width, height), "exif"
+    return next(cameras(width, height)), "guessed"
+
+
+def _guess_doubt(camera: Camera) -> str:
+    fov = 2 * np.degrees(np.arctan(max(camera.width, camera.height) / 2 / camera.fx))
+    return (
+        f"the photo tells no focal length: guessed a field of view of {fov:.0f}° across the longer "
         "side, so distance and size may be off; give the camera (--fov, --camera) if known"
     )
-    return guess, "guessed", (doubt,)
 
 
 def check_box(box: Sequence[float], photo: Photo) -> Box:

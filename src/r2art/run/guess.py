@@ -1,0 +1,66 @@
+"""A camera that nobody told: the field of view through which the pose fits the photo best.
+
+Perspective tells a long lens from a wide one, if faintly. So the pose is estimated through a few
+likely cameras, and the one is kept whose part boxes, projected, best fill the object's 2D box.
+"""
+
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from r2art.core.camera import Camera
+from r2art.core.image import Box, View
+
+Outputs = Mapping[str, NDArray[np.floating]]
+
+GUESSED_FOVS = tuple(float(np.radians(degrees)) for degrees in (60, 45, 35))
+"""Across the longer side; the first, a phone's, is preferred."""
+LEAST_GAIN = 0.01
+"""By so much (IoU) another must fit better to be preferred to the first."""
+
+_CORNERS = np.array([[x, y, z] for x in (-0.5, 0.5) for y in (-0.5, 0.5) for z in (-0.5, 0.5)])
+
+
+def cameras(width: int, height: int) -> Iterator[Camera]:
+    """The cameras to try for a photo of this size, the preferred one first."""
+    return (Camera.from_fov(fov, width, height) for fov in GUESSED_FOVS)
+
+
+def best_camera(
+    view: View, width: int, height: int, box: Box, pose: Callable[[View], Outputs]
+) -> tuple[Camera, Outputs]:
+    """The likeliest camera of a photo, and the pose through it.
+
+    Args:
+        view: The crop, with any camera.
+        width: Of the photo (px) ...
+        height: ... likewise.
+        box: The object's box in pixels of the crop.
+        pose: Estimates the crop's parts.
+    """
+    (x, y), scale, side = view.corner, view.scale, view.pixels.shape[0]
+    found = []
+    for rank, camera in enumerate(cameras(width, height)):
+        scaled = (camera.fx, camera.fy, camera.cx - x, camera.cy - y)
+        through = Camera(*(scale * v for v in scaled), width=side, height=side)
+        outputs = pose(replace(view, camera=through))
+        preference = 0.0 if rank else LEAST_GAIN
+        found.append((fit(outputs, through, box) + preference, -rank, camera, outputs))
+    _, _, camera, outputs = max(found, key=lambda item: item[:2])
+    return camera, outputs
+
+
+def fit(outputs: Outputs, camera: Camera, box: Box) -> float:
+    """IoU of the object's box and the box round its projected part boxes; 0 if behind."""
+    corners = outputs["box_center"][:, None] + outputs["box_size"][:, None] * _CORNERS
+    R, t = outputs["cam_T_part"][:, :3, :3], outputs["cam_T_part"][:, :3, 3]
+    points = corners @ R.transpose(0, 2, 1) + t[:, None]
+    if not np.all(np.isfinite(points)) or np.any(points[..., 2] < 1e-3):
+        return 0.0
+    uv = camera.project(points).reshape(-1, 2)
+    lower, upper = uv.min(axis=0), uv.max(axis=0)
+    start, end = np.array(box[:2]), np.array(box[2:])
+    overlap = np.prod(np.clip(np.minimum(upper, end) - np.maximum(lower, start), 0, None))
+    return float(overlap / (np.prod(upper - lower) + np.prod(end - start) - overlap))
