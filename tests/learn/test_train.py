@@ -8,7 +8,6 @@ from pathlib import Path
 
 import pytest
 import torch
-from PIL import Image
 from safetensors.torch import load_file
 from torch.optim.swa_utils import AveragedModel
 
@@ -18,8 +17,8 @@ from r2art.data import shards
 from r2art.data.shards import Dataset
 from r2art.learn import checkpoint
 from r2art.learn import train as train_module
-from r2art.learn.batches import Batches, load_backdrops, load_photos, open_datasets
-from r2art.learn.journal import CURVES, LOG, Journal, forget_after, plot_losses, read_log
+from r2art.learn.batches import Batches
+from r2art.learn.journal import CURVES, Journal, read_log
 from r2art.learn.memory import Photos
 from r2art.learn.objective import Weights
 from r2art.learn.recipes import RECIPES, Recipe
@@ -224,72 +223,6 @@ def test_a_step_without_a_finite_gradient_is_skipped_and_counted(datasets, tmp_p
     assert json.loads((job.out / checkpoint.RUN).read_text())["skipped_steps"] >= len(skipped)
 
 
-def test_a_batch_depends_on_its_step_alone(photos):
-    batches = Batches(SHORT, photos, None, torch.device("cpu"), 0)
-    other_rank = replace(batches, rank=1)
-    name, crops, views, category = batches(3)
-    batches(1)
-    again = batches(3)
-    assert again[0] == name
-    assert torch.equal(again[1].image, crops.image)
-    assert torch.equal(again[2].image, views.image)
-    assert torch.equal(again[3], category)
-    for different in (batches(5), other_rank(3)):
-        assert different[0] == name
-        assert not torch.equal(different[1].image, crops.image)
-
-
-def test_all_categories_take_turns(photos):
-    batches = Batches(SHORT, photos, None, torch.device("cpu"), 0)
-    made = [batches(step) for step in range(4)]
-    assert [name for name, *_ in made] == list(photos) * 2
-    for name, crops, views, category in made:
-        assert crops.cam_T_part.shape[1] == len(photos[name].category.part_names)
-        assert len(views.image) == len(category) == SHORT.photos
-        assert set(category.tolist()) == {0, 1}
-    assert {sum(category.tolist()) for *_, category in made} == {1, 2}  # of three photos
-
-
-def test_two_datasets_of_a_category_are_refused(datasets):
-    with pytest.raises(InputError, match="two datasets of laptop"):
-        open_datasets([datasets["laptop"], datasets["drawer"], datasets["laptop"]])
-    assert list(load_photos([datasets["laptop"], datasets["drawer"]])) == ["drawer", "laptop"]
-
-
-def test_photos_keep_what_the_dataset_says(datasets, photos):
-    for name, some in photos.items():
-        samples = [shards.from_row(row) for row in Dataset.open(datasets[name]).rows()]
-        assert len(some) == len(samples)
-        for i, sample in enumerate(samples):
-            assert torch.equal(
-                some.image[i], torch.from_numpy(sample.image.copy()).permute(2, 0, 1)
-            )
-            assert torch.equal(some.mask[i], torch.from_numpy(sample.mask.copy()))
-            assert some.K[i].numpy() == pytest.approx(sample.camera.K)
-            assert some.cam_T_part[i].numpy() == pytest.approx(sample.cam_T_part, abs=1e-6)
-            assert some.box[i].numpy() == pytest.approx(sample.box, rel=1e-6)
-
-
-def test_photos_of_two_sizes_do_not_stack(photos, datasets):
-    samples = [shards.from_row(row) for row in Dataset.open(datasets["drawer"]).rows()][:2]
-    small = replace(samples[1], image=samples[1].image[:32, :32], mask=samples[1].mask[:32, :32])
-    with pytest.raises(InputError, match=r"sample 1 is \(32, 32\) px, others are \(64, 64\)"):
-        Photos.from_samples(photos["drawer"].category, [samples[0], small], 2)
-    with pytest.raises(InputError, match="dataset of drawer is empty"):
-        Photos.from_samples(photos["drawer"].category, [], 0)
-
-
-def test_backdrops_are_square_cuts_of_the_photos(tmp_path):
-    assert load_backdrops(None) is None
-    assert load_backdrops(tmp_path) is None
-    folder = tmp_path / "some"
-    folder.mkdir()
-    Image.new("RGB", (40, 30), (10, 200, 30)).save(folder / "a.png")
-    made = load_backdrops(folder, 16)
-    assert made.shape == (1, 3, 16, 16)
-    assert made[0, :, 3, 3].tolist() == [10, 200, 30]
-
-
 def test_the_learning_rate_warms_up_and_falls_to_a_hundredth():
     recipe = Recipe(steps=1000, warm_up=100)
     shares = [learning_rate_share(step, recipe) for step in range(1000)]
@@ -326,25 +259,3 @@ def test_every_recipe_builds_a_network_and_takes_its_number_of_steps(name, photo
         recipe.width,
         recipe.backbone_options,
     )
-
-
-def test_the_journal_writes_means_over_the_steps_that_had_the_loss(tmp_path):
-    diary = Journal(tmp_path)
-    diary.add({"total": torch.tensor(1.0)})
-    diary.add({"total": torch.tensor(3.0), "cascade": torch.tensor(5.0)})
-    assert diary.means() == {"total": 2.0, "cascade": 5.0}
-    diary.write(2)
-    diary.add({"total": torch.tensor(0.0)})
-    diary.write(4)
-    first, second = log_of(tmp_path)
-    assert first == {"step": 2, "total": 2.0, "cascade": 5.0}
-    assert second == {"step": 4, "total": 0.0}
-    plot_losses(tmp_path)  # a loss that is zero has no logarithm
-    assert (tmp_path / CURVES).exists()
-    forget_after(tmp_path, 3)
-    assert log_of(tmp_path) == [first]
-    forget_after(tmp_path, 0)
-    assert (tmp_path / LOG).read_text() == ""
-    (tmp_path / CURVES).unlink()
-    plot_losses(tmp_path)
-    assert not (tmp_path / CURVES).exists()

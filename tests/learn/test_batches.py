@@ -1,0 +1,82 @@
+"""Datasets in memory, and the batch of every step."""
+
+from dataclasses import replace
+
+import pytest
+import torch
+from PIL import Image
+
+from r2art.core.errors import InputError
+from r2art.data import shards
+from r2art.data.shards import Dataset
+from r2art.learn.batches import Batches, load_backdrops, load_photos, open_datasets
+from r2art.learn.memory import Photos
+from r2art.learn.recipes import Recipe
+
+RECIPE = Recipe(input_size=64, crops=3, photos=3)
+
+
+def test_a_batch_depends_on_its_step_alone(photos):
+    batches = Batches(RECIPE, photos, None, torch.device("cpu"), 0)
+    other_rank = replace(batches, rank=1)
+    name, crops, views, category = batches(3)
+    batches(1)
+    again = batches(3)
+    assert again[0] == name
+    assert torch.equal(again[1].image, crops.image)
+    assert torch.equal(again[2].image, views.image)
+    assert torch.equal(again[3], category)
+    for different in (batches(5), other_rank(3)):
+        assert different[0] == name
+        assert not torch.equal(different[1].image, crops.image)
+
+
+def test_all_categories_take_turns(photos):
+    batches = Batches(RECIPE, photos, None, torch.device("cpu"), 0)
+    made = [batches(step) for step in range(4)]
+    assert [name for name, *_ in made] == list(photos) * 2
+    for name, crops, views, category in made:
+        assert crops.cam_T_part.shape[1] == len(photos[name].category.part_names)
+        assert len(views.image) == len(category) == RECIPE.photos
+        assert set(category.tolist()) == {0, 1}
+    assert {sum(category.tolist()) for *_, category in made} == {1, 2}  # of three photos
+
+
+def test_two_datasets_of_a_category_are_refused(datasets):
+    with pytest.raises(InputError, match="two datasets of laptop"):
+        open_datasets([datasets["laptop"], datasets["drawer"], datasets["laptop"]])
+    assert list(load_photos([datasets["laptop"], datasets["drawer"]])) == ["drawer", "laptop"]
+
+
+def test_photos_keep_what_the_dataset_says(datasets, photos):
+    for name, some in photos.items():
+        samples = [shards.from_row(row) for row in Dataset.open(datasets[name]).rows()]
+        assert len(some) == len(samples)
+        for i, sample in enumerate(samples):
+            assert torch.equal(
+                some.image[i], torch.from_numpy(sample.image.copy()).permute(2, 0, 1)
+            )
+            assert torch.equal(some.mask[i], torch.from_numpy(sample.mask.copy()))
+            assert some.K[i].numpy() == pytest.approx(sample.camera.K)
+            assert some.cam_T_part[i].numpy() == pytest.approx(sample.cam_T_part, abs=1e-6)
+            assert some.box[i].numpy() == pytest.approx(sample.box, rel=1e-6)
+
+
+def test_photos_of_two_sizes_do_not_stack(photos, datasets):
+    samples = [shards.from_row(row) for row in Dataset.open(datasets["drawer"]).rows()][:2]
+    small = replace(samples[1], image=samples[1].image[:32, :32], mask=samples[1].mask[:32, :32])
+    with pytest.raises(InputError, match=r"sample 1 is \(32, 32\) px, others are \(64, 64\)"):
+        Photos.from_samples(photos["drawer"].category, [samples[0], small], 2)
+    with pytest.raises(InputError, match="dataset of drawer is empty"):
+        Photos.from_samples(photos["drawer"].category, [], 0)
+
+
+def test_backdrops_are_square_cuts_of_the_photos(tmp_path):
+    assert load_backdrops(None) is None
+    assert load_backdrops(tmp_path) is None
+    folder = tmp_path / "some"
+    folder.mkdir()
+    Image.new("RGB", (40, 30), (10, 200, 30)).save(folder / "a.png")
+    made = load_backdrops(folder, 16)
+    assert made.shape == (1, 3, 16, 16)
+    assert made[0, :, 3, 3].tolist() == [10, 200, 30]
