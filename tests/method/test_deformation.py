@@ -3,7 +3,7 @@ import math
 import pytest
 import torch
 
-from r2art.method.shape import Deformation, Prior, box_corners, deform, deformation_of
+from r2art.method.shape import Deformation, Prior, box_corners, deform, deformation_of, thinned
 
 f64 = torch.float64
 
@@ -35,6 +35,13 @@ def test_the_deformation_of_an_instances_boxes_gives_them_back(prior, batch):
     found = deformation_of(prior, shape.box_center, shape.box_size)
     torch.testing.assert_close(found.log_scale, deformation.log_scale)
     torch.testing.assert_close(found.center_shift, deformation.center_shift)
+
+
+@pytest.mark.parametrize("every", [1, 3, 4])
+def test_a_thinned_shape_keeps_every_parts_area(prior, every):
+    shape = thinned(prior, every)
+    torch.testing.assert_close(shape.areas.sum(-1), prior.areas.sum(-1))
+    torch.testing.assert_close(shape.points, prior.points[:, ::every])
 
 
 def test_points_and_pivots_keep_their_place_in_their_parts_box(prior, batch):

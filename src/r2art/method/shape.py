@@ -116,11 +116,12 @@ def deform(prior: Shape, deformation: Deformation) -> Shape:
 def thinned(shape: Shape, every: int) -> Shape:
     """The shape with only each ``every``-th point, which stands for the area of those left out."""
     keep = slice(None, None, every)
+    areas = shape.areas[..., keep]
     return replace(
         shape,
         points=shape.points[..., keep, :],
         normals=shape.normals[..., keep, :],
-        areas=shape.areas[..., keep] * every,
+        areas=areas * (shape.areas.shape[-1] / areas.shape[-1]),
     )
 
 
