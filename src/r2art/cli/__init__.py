@@ -21,8 +21,8 @@ from r2art.run.report import say
 USAGE, INTERRUPTED = 2, 130
 TRAIN_EXTRA = frozenset(
     {
-        *("accelerate", "jaxtyping", "matplotlib", "onnx", "pyarrow"),
-        *("safetensors", "scipy", "timm", "torch", "warp"),
+        *("accelerate", "jaxtyping", "matplotlib", "onnx", "onnxscript", "pyarrow"),
+        *("safetensors", "scipy", "timm", "torch", "trimesh", "warp"),
     }
 )
 

@@ -235,6 +235,14 @@ class View:
     corner: tuple[float, float]
     scale: float
 
+    def through(self, camera: Camera) -> "View":
+        """The same window as another camera of the whole photo would have taken it."""
+        (x, y), scale, size = self.corner, self.scale, self.pixels.shape[0]
+        in_window = (camera.fx, camera.fy, camera.cx - x, camera.cy - y)
+        return replace(
+            self, camera=Camera(*(v * scale for v in in_window), width=size, height=size)
+        )
+
     def from_photo(self, box: Sequence[float]) -> Box:
         """A box of the photo in pixels of this view."""
         x1, y1, x2, y2 = (np.asarray(box, float) - 2 * self.corner) * self.scale
@@ -283,12 +291,4 @@ def _square(
         window = part.resize((width, height), Image.Resampling.BILINEAR, box=(x1, y1, x2, y2))
         view[first[1] : last[1], first[0] : last[0]] = np.asarray(window)
     x, y = corner.tolist()
-    seen_by = Camera(
-        camera.fx * scale,
-        camera.fy * scale,
-        (camera.cx - x) * scale,
-        (camera.cy - y) * scale,
-        size,
-        size,
-    )
-    return View(view, seen_by, (x, y), scale)
+    return View(view, camera, (x, y), scale).through(camera)

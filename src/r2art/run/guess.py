@@ -5,7 +5,6 @@ likely cameras, and the one is kept whose part boxes, projected, best fill the o
 """
 
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -40,14 +39,12 @@ def best_camera(
         box: The object's box in pixels of the crop.
         pose: Estimates the crop's parts.
     """
-    (x, y), scale, side = view.corner, view.scale, view.pixels.shape[0]
     found = []
     for rank, camera in enumerate(cameras(width, height)):
-        scaled = (camera.fx, camera.fy, camera.cx - x, camera.cy - y)
-        through = Camera(*(scale * v for v in scaled), width=side, height=side)
-        outputs = pose(replace(view, camera=through))
+        seen = view.through(camera)
+        outputs = pose(seen)
         preference = 0.0 if rank else LEAST_GAIN
-        found.append((fit(outputs, through, box) + preference, -rank, camera, outputs))
+        found.append((fit(outputs, seen.camera, box) + preference, -rank, camera, outputs))
     _, _, camera, outputs = max(found, key=lambda item: item[:2])
     return camera, outputs
 
