@@ -6,7 +6,7 @@ Run from the repository's root after `pip install -e '.[train]'`:
 
 Every picture is an object of the project's own generators, under its true pose. With `--examples`
 it renders the example photos anew; with `--photos` it draws what the shipped model says about them
-(docs/images/prediction.jpg).
+(docs/images/prediction.jpg); with `--sheets` it draws 30 instances and 12 photos per category.
 """
 
 import argparse
@@ -19,14 +19,17 @@ from PIL import Image
 import r2art
 from r2art.core.image import read_image
 from r2art.core.prediction import Prediction
+from r2art.data.categories import CATEGORIES, make_instance, staging
+from r2art.data.objects import Procedural, instance_seed
 from r2art.data.pose import posed_vertices, root_T_part, transformed
-from r2art.data.procedural import GENERATORS, make_instance
-from r2art.data.procedural.prior import category_prior
+from r2art.data.prior import category_prior
 from r2art.data.render import GAMMA, Light, Scene, render
 from r2art.data.sample import Sample
-from r2art.data.scene import View, make_sample, place_object
+from r2art.data.scene import make_sample
+from r2art.data.shape import Instance
+from r2art.data.staging import View, place_object
 from r2art.data.surroundings import Surroundings
-from r2art.data.synth import instance_seed
+from r2art.data.synth import Synth, synthesise
 from r2art.learn.scores import truth
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -39,6 +42,15 @@ EXAMPLES = {"laptop": (1, 52), "drawer": (1, 78)}
 EXIF_FOLDER, FOCAL_LENGTH_35MM = 0x8769, 0xA405
 DIAGONAL_35MM = 43.27  # mm
 
+ABOVE_RIGHT = View(
+    azimuth=np.radians(32),
+    elevation=np.radians(28),
+    roll=0.0,
+    fov=np.radians(36),
+    fill=0.78,
+    place=(0.5, 0.5),
+)
+
 
 def studio_lights(cam_R_root: np.ndarray) -> tuple[Light, ...]:
     """Two soft lamps, from the upper left and from the right."""
@@ -50,21 +62,12 @@ def studio_lights(cam_R_root: np.ndarray) -> tuple[Light, ...]:
     )
 
 
-def photograph(category: str) -> Prediction:
-    """One object on a plain backdrop and its true pose, as a prediction that can be drawn."""
-    seed, states = SHOWN[category]
-    instance = make_instance(category, seed)
-    joint_state = np.array(states)
+def photograph(
+    instance: Instance, joint_state: np.ndarray, view: View = ABOVE_RIGHT, size: int = SIZE
+) -> Sample:
+    """One object on a plain backdrop."""
     root_T_parts = root_T_part(instance.joints, joint_state)
-    view = View(
-        azimuth=np.radians(32),
-        elevation=np.radians(28),
-        roll=0.0,
-        fov=np.radians(36),
-        fill=0.78,
-        place=(0.5, 0.5),
-    )
-    camera, cam_T_root, box = place_object(view, posed_vertices(instance, root_T_parts), SIZE)
+    camera, cam_T_root, box = place_object(view, posed_vertices(instance, root_T_parts), size)
     cam_T_part = cam_T_root @ root_T_parts
     surfaces, labels = [], []
     for k, part in enumerate(instance.parts):
@@ -82,7 +85,7 @@ def photograph(category: str) -> Prediction:
     radiance = 0.3 * frame.rgb + (1 - frame.coverage[..., None]) * STUDIO
     pixels = (255 * np.clip(radiance, 0, 1) ** (1 / GAMMA) + 0.5).astype(np.uint8)
     box_center, box_size = instance.part_boxes()
-    sample = Sample(
+    return Sample(
         image=pixels,
         mask=frame.label,
         depth=frame.depth,
@@ -96,15 +99,59 @@ def photograph(category: str) -> Prediction:
         pivot=np.array([j.pivot for j in instance.joints]),
         visible=np.ones(len(instance.parts)),
     )
-    names = replace(category_prior(category, range(4)), joints=instance.joints)
-    return replace(truth(sample, names), photo=read_image(pixels))
+
+
+def shown(category: str) -> Prediction:
+    """The object of the conventions page and its true pose, as a prediction that can be drawn."""
+    seed, states = SHOWN[category]
+    instance = make_instance(category, seed)
+    sample = photograph(instance, np.array(states))
+    names = replace(category_prior([instance], staging(category)), joints=instance.joints)
+    return replace(truth(sample, names), photo=read_image(sample.image))
+
+
+def draw_instances(folder: Path, category: str, columns: int = 6, rows: int = 5) -> None:
+    """A sheet of instances as photos show them: each with its joints, from a typical view."""
+    how, side = staging(category), 256
+    sheet = Image.new("RGB", (columns * side, rows * side))
+    for i in range(columns * rows):
+        rng = np.random.default_rng(i)
+        instance = make_instance(category, instance_seed(category, "val", 0, i))
+        joint_state = how.sample_joint_state(rng, instance.joints)
+        view = replace(how.sample_view(rng), roll=0.0, fov=ABOVE_RIGHT.fov, fill=0.85)
+        sample = photograph(instance, joint_state, replace(view, place=(0.5, 0.5)), side)
+        sheet.paste(Image.fromarray(sample.image), (i % columns * side, i // columns * side))
+    path = folder / f"instances_{category}.jpg"
+    sheet.save(path, quality=82, optimize=True)
+    print(f"wrote {path}")
+
+
+def draw_scenes(folder: Path, category: str, columns: int = 4, rows: int = 3) -> None:
+    """A sheet of photos as `r2art synth` makes them, without foreign pictures."""
+    side = 320
+    sheet = Image.new("RGB", (columns * side, rows * side))
+    job = Synth(
+        objects=Procedural(category),
+        n=columns * rows,
+        seed=0,
+        split="val",
+        size=side,
+        backgrounds=None,
+        out=folder,
+    )
+    for i in range(job.n):
+        image = Image.fromarray(synthesise(job, i).image)
+        sheet.paste(image, (i % columns * side, i // columns * side))
+    path = folder / f"scenes_{category}.jpg"
+    sheet.save(path, quality=82, optimize=True)
+    print(f"wrote {path}")
 
 
 def draw_conventions(folder: Path) -> None:
     """One picture per category: part boxes, joint axes and the root frame."""
-    for category in GENERATORS:
+    for category in SHOWN:
         path = folder / f"convention_{category}.png"
-        photograph(category).draw().save(path)
+        shown(category).draw().save(path)
         print(f"wrote {path}")
 
 
@@ -113,7 +160,9 @@ def render_examples(folder: Path, width: int = 640, height: int = 480) -> None:
     for category, (seed, index) in EXAMPLES.items():
         seed = instance_seed(category, "test", seed, index)
         rng = np.random.default_rng([seed, 1])
-        sample = make_sample(rng, make_instance(category, seed), Surroundings(), width)
+        sample = make_sample(
+            rng, make_instance(category, seed), staging(category), Surroundings(), width
+        )
         top = (width - height) // 2
         exif = Image.Exif()
         focal = sample.camera.fx * DIAGONAL_35MM / np.hypot(width, height)
@@ -145,9 +194,15 @@ def main() -> None:
     parser = argparse.ArgumentParser(description="Draw the pictures of the docs.")
     parser.add_argument("--examples", action="store_true", help="render the example photos anew")
     parser.add_argument("--photos", action="store_true", help="draw the example photos too")
+    parser.add_argument("--sheets", nargs="*", help="only draw sheets of these categories (or all)")
     args = parser.parse_args()
     folder = ROOT / "docs" / "images"
     folder.mkdir(exist_ok=True)
+    if args.sheets is not None:
+        for category in args.sheets or CATEGORIES:
+            draw_instances(folder, category)
+            draw_scenes(folder, category)
+        return
     draw_conventions(folder)
     if args.examples:
         render_examples(ROOT / "examples")

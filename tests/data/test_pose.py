@@ -8,8 +8,8 @@ from hypothesis import strategies as st
 from scipy.linalg import expm
 
 from r2art.core.category import Joint
+from r2art.data.categories import make_instance
 from r2art.data.pose import joint_matrix, posed_vertices, root_T_part, transformed
-from r2art.data.procedural import make_instance
 from r2art.method.kinematics import KinematicModel, forward_kinematics
 
 

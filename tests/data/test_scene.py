@@ -7,19 +7,13 @@ import pytest
 import trimesh
 from scipy.spatial import cKDTree
 
+from r2art.data.categories import CATEGORIES, make_instance, staging
 from r2art.data.pose import posed_vertices, root_T_part, transformed
-from r2art.data.procedural import GENERATORS, make_instance
 from r2art.data.render import render_labels
 from r2art.data.sample import BACKDROP, Sample
-from r2art.data.scene import (
-    View,
-    facing_rotation,
-    make_sample,
-    place_object,
-    sample_joint_state,
-    sample_view,
-)
+from r2art.data.scene import make_sample
 from r2art.data.shape import Instance
+from r2art.data.staging import Staging, View, facing_rotation, place_object
 from r2art.data.surroundings import Surroundings
 
 SIZE = 128
@@ -29,18 +23,19 @@ NO_FILES = Surroundings()
 
 def photograph(category: str, seed: int) -> tuple[Instance, Sample]:
     instance = make_instance(category, seed)
-    return instance, make_sample(np.random.default_rng(seed), instance, NO_FILES, SIZE)
+    rng = np.random.default_rng(seed)
+    return instance, make_sample(rng, instance, staging(category), NO_FILES, SIZE)
 
 
 @pytest.fixture(scope="module")
 def photos() -> list[tuple[Instance, Sample]]:
-    return [photograph(category, seed) for category in sorted(GENERATORS) for seed in range(5)]
+    return [photograph(category, seed) for category in CATEGORIES for seed in range(5)]
 
 
 def some_object(seed: int) -> tuple[np.random.Generator, np.ndarray]:
     rng = np.random.default_rng(seed)
     instance = make_instance(("laptop", "drawer")[seed % 2], seed)
-    state = sample_joint_state(rng, instance.joints)
+    state = Staging().sample_joint_state(rng, instance.joints)
     return rng, posed_vertices(instance, root_T_part(instance.joints, state))
 
 
@@ -48,7 +43,7 @@ def some_object(seed: int) -> tuple[np.random.Generator, np.ndarray]:
 def test_the_box_is_that_of_the_projected_object_which_is_all_in_front(seed):
     rng, vertices = some_object(seed)
     for _ in range(5):
-        camera, cam_T_root, box = place_object(sample_view(rng), vertices, SIZE)
+        camera, cam_T_root, box = place_object(Staging().sample_view(rng), vertices, SIZE)
         in_camera = vertices @ cam_T_root[:3, :3].T + cam_T_root[:3, 3]
         assert in_camera[:, 2].min() > 0
         uv = camera.project(in_camera)
@@ -105,7 +100,7 @@ def test_from_its_right_the_right_side_is_nearer_and_from_above_the_top():
 def test_views_turn_without_mirroring():
     rng = np.random.default_rng(0)
     for _ in range(20):
-        R = facing_rotation(sample_view(rng))
+        R = facing_rotation(Staging().sample_view(rng))
         np.testing.assert_allclose(R @ R.T, np.eye(3), atol=1e-12)
         assert np.linalg.det(R) > 0
 
@@ -196,7 +191,7 @@ def test_labels_keep_their_promises(photos):
 
 def test_a_photo_can_be_made_again_to_the_byte(photos):
     _, sample = photos[0]
-    _, again = photograph(sorted(GENERATORS)[0], 0)
+    _, again = photograph(CATEGORIES[0], 0)
     for field in fields(Sample):
         first, second = getattr(sample, field.name), getattr(again, field.name)
         if field.name == "camera":

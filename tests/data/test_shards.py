@@ -9,7 +9,8 @@ import pytest
 from r2art.core.camera import Camera
 from r2art.core.errors import InputError
 from r2art.data import shards
-from r2art.data.procedural.prior import category_prior
+from r2art.data.categories import make_instance, staging
+from r2art.data.prior import category_prior
 from r2art.data.sample import Sample
 from r2art.data.shards import Dataset
 
@@ -37,7 +38,9 @@ def some_sample(seed: int = 0) -> Sample:
 @pytest.fixture
 def dataset(tmp_path):
     """Two shards of two and one samples, with manifest and prior."""
-    category_prior("laptop", range(2)).save(tmp_path / shards.PRIOR)
+    category_prior([make_instance("laptop", seed) for seed in range(2)], staging("laptop")).save(
+        tmp_path / shards.PRIOR
+    )
     manifest = {"format": shards.FORMAT, "n": 3, "shards": 2}
     (tmp_path / shards.MANIFEST).write_text(json.dumps(manifest))
     for number, block in enumerate(([0, 1], [2])):

@@ -14,13 +14,14 @@ import pytest
 from PIL import Image
 
 from r2art.core.errors import InputError, UsageError
-from r2art.data import shards, synth
+from r2art.data import objects, shards, synth
+from r2art.data.objects import SPLITS, Procedural, instance_seed
 from r2art.data.surroundings import read_picture
-from r2art.data.synth import SPLITS, Synth, instance_seed, synthesise
+from r2art.data.synth import Synth, synthesise
 
 PER_SHARD, PRIOR_OF = 4, 2
 JOB = Synth(
-    category="laptop",
+    objects=Procedural("laptop"),
     n=22,
     seed=5,
     split="train",
@@ -34,7 +35,7 @@ JOB = Synth(
 @pytest.fixture
 def small_shards(monkeypatch):
     monkeypatch.setattr(synth, "SHARD_SIZE", PER_SHARD)
-    monkeypatch.setattr(synth, "PRIOR_INSTANCES", PRIOR_OF)
+    monkeypatch.setattr(objects, "PRIOR_INSTANCES", PRIOR_OF)
 
 
 def contents(folder: Path) -> dict[str, bytes]:
@@ -48,12 +49,12 @@ def encoded(job: Synth, index: int) -> dict:
 RUN = f"""
 import sys
 from pathlib import Path
-from r2art.data import synth
+from r2art.data import objects, synth
 
 if __name__ == "__main__":
-    synth.SHARD_SIZE, synth.PRIOR_INSTANCES = {PER_SHARD}, {PRIOR_OF}
+    synth.SHARD_SIZE, objects.PRIOR_INSTANCES = {PER_SHARD}, {PRIOR_OF}
     synth.synth(synth.Synth(
-        category={JOB.category!r}, n={JOB.n}, seed={JOB.seed}, split={JOB.split!r},
+        objects=objects.Procedural("laptop"), n={JOB.n}, seed={JOB.seed}, split={JOB.split!r},
         size={JOB.size}, backgrounds=None, out=Path(sys.argv[1]), workers=1,
     ))
 """
@@ -99,7 +100,11 @@ def test_a_sample_depends_on_its_index_and_the_job_alone():
     third = encoded(JOB, 3)
     encoded(JOB, 1)
     assert encoded(JOB, 3) == third
-    others = replace(JOB, seed=6), replace(JOB, split="val"), replace(JOB, category="drawer")
+    others = (
+        replace(JOB, seed=6),
+        replace(JOB, split="val"),
+        replace(JOB, objects=Procedural("drawer")),
+    )
     images = {encoded(job, 3)["image"] for job in others}
     assert len(images | {third["image"], encoded(JOB, 4)["image"]}) == 5
 
@@ -125,7 +130,7 @@ def test_two_datasets_do_not_mix(tmp_path, small_shards):
         (replace(job, split="test"), "split"),
         (replace(job, n=23), "n"),
         (replace(job, size=48), "size"),
-        (replace(job, category="drawer"), "category"),
+        (replace(job, objects=Procedural("drawer")), "category"),
     ]:
         with pytest.raises(InputError, match=rf"another dataset \(differs in {odd}\)"):
             synth.synth(other)
@@ -166,7 +171,6 @@ def test_backgrounds_are_seen(tmp_path):
 @pytest.mark.parametrize(
     ("change", "message"),
     [
-        ({"category": "toaster"}, "no category 'toaster' .* known: drawer, laptop"),
         ({"n": 0}, "n >= 1"),
         ({"size": 16}, "32 <= size"),
     ],
@@ -174,6 +178,11 @@ def test_backgrounds_are_seen(tmp_path):
 def test_arguments_that_cannot_be_meant_are_refused(change, message):
     with pytest.raises(UsageError, match=message):
         replace(JOB, **change)
+
+
+def test_an_unknown_category_is_refused_with_those_that_are_known():
+    with pytest.raises(UsageError, match="no category 'toaster' .* known: .*drawer, .*laptop"):
+        Procedural("toaster")
 
 
 def test_the_manifest_says_what_the_dataset_is(tmp_path, small_shards):

@@ -8,7 +8,9 @@ import pytest
 import torch
 
 from r2art.data import shards
-from r2art.data.procedural.prior import category_prior
+from r2art.data.categories import make_instance, staging
+from r2art.data.objects import Procedural
+from r2art.data.prior import category_prior
 from r2art.data.shards import Dataset
 from r2art.data.synth import Synth, synthesise
 from r2art.learn import train as train_module
@@ -29,9 +31,17 @@ def datasets(tmp_path_factory) -> dict[str, Path]:
     for name, n in COUNT.items():
         folder = tmp_path_factory.mktemp(name)
         job = Synth(
-            category=name, n=n, seed=0, split="train", size=SIZE, backgrounds=None, out=folder
+            objects=Procedural(name),
+            n=n,
+            seed=0,
+            split="train",
+            size=SIZE,
+            backgrounds=None,
+            out=folder,
         )
-        category_prior(name, range(6)).save(folder / shards.PRIOR)
+        category_prior([make_instance(name, seed) for seed in range(6)], staging(name)).save(
+            folder / shards.PRIOR
+        )
         rows = [shards.to_row(i, synthesise(job, i)) for i in range(n)]
         shards.write_shard(shards.shard_path(folder, 0), rows)
         manifest = {"format": shards.FORMAT, "category": name, "n": n, "shards": 1}

@@ -43,12 +43,13 @@ def synth(
             procedural.
         workers: Processes; 0 takes one per core.
     """
+    from r2art.data.objects import Procedural
     from r2art.data.synth import Synth
     from r2art.data.synth import synth as run
 
     run(
         Synth(
-            category=category,
+            objects=Procedural(category),
             n=n,
             seed=seed,
             split=split,
@@ -69,6 +70,7 @@ def train(
     out: Path,
     steps: int | None = None,
     backbone_weights: Path | None = None,
+    init: Path | None = None,
     backgrounds: Path | None = None,
 ) -> int:
     """Train a network on rendered datasets, or go on with a run that was stopped.
@@ -77,11 +79,14 @@ def train(
     processes: `accelerate launch -m r2art train ...`.
 
     Args:
-        recipe: tiny, the shipped model; or smoke, a few steps to see that everything runs.
+        recipe: tiny, a model from scratch; further, to go on from a trained one (--init); or
+            smoke, a few steps to see that everything runs.
         data: A dataset of `r2art synth`; once per category.
         out: Folder of the run.
         steps: Instead of the recipe's number of optimiser steps.
         backbone_weights: .npz or .safetensors to start the trunk from.
+        init: Folder of a trained run to start from. Categories that it does not know get new
+            heads on its trunk.
         backgrounds: Folder of photos to swap in behind the objects.
     """
     from r2art.learn.recipes import RECIPES
@@ -98,6 +103,7 @@ def train(
             recipe=RECIPES[recipe](**options),
             data=data,
             backbone_weights=backbone_weights,
+            init=init,
             backgrounds=backgrounds,
             out=out,
         )

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from r2art.core.category import Joint
+from r2art.data.staging import Rest
 
 FloatArray = NDArray[np.floating]
 
@@ -56,13 +57,16 @@ class Surface:
 class Instance:
     """One object: P parts of one or more surfaces each, and P - 1 joints.
 
-    The root frame's origin must be the centre of part 0's box (`recentered` sees to it).
+    The root frame's origin must be the centre of part 0's box (`assembled` sees to it).
+    ``rests`` are the ways in which this one may lie on the ground, where its category's
+    staging does not fit it.
     """
 
     category: str
     part_names: tuple[str, ...]
     parts: tuple[tuple[Surface, ...], ...]
     joints: tuple[Joint, ...]
+    rests: tuple[Rest, ...] = ()
 
     def part_boxes(self) -> tuple[FloatArray, FloatArray]:
         """Centre and size, (P, 3) each, of the axis-aligned box of every part at rest."""

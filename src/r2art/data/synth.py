@@ -4,10 +4,9 @@ import io
 import json
 import multiprocessing
 import os
-import zlib
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 from rich.console import Console
@@ -15,15 +14,11 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, T
 
 from r2art.core.errors import InputError, UsageError
 from r2art.data import shards
-from r2art.data.procedural import GENERATORS, make_instance
-from r2art.data.procedural.prior import category_prior
+from r2art.data.objects import Objects, Split, instance_seed
 from r2art.data.sample import Sample
 from r2art.data.scene import make_sample
 from r2art.data.surroundings import Surroundings
 
-Split = Literal["train", "val", "test"]
-SPLITS: dict[str, int] = {"train": 0, "val": 1, "test": 2}
-PRIOR_INSTANCES = 256
 SHARD_SIZE = 250
 
 
@@ -31,7 +26,7 @@ SHARD_SIZE = 250
 class Synth:
     """What to render. Everything but ``workers`` decides the bytes of the result."""
 
-    category: str
+    objects: Objects
     n: int
     seed: int
     split: Split
@@ -41,26 +36,17 @@ class Synth:
     workers: int = 0
 
     def __post_init__(self) -> None:
-        if self.category not in GENERATORS:
-            known = ", ".join(sorted(GENERATORS))
-            raise UsageError(f"no category {self.category!r} can be synthesised; known: {known}")
         if self.n < 1 or not 32 <= self.size <= 2048:
             raise UsageError(f"need n >= 1 and 32 <= size <= 2048, got n={self.n} size={self.size}")
-
-
-def instance_seed(category: str, split: Split, seed: int, index: int) -> int:
-    """Seed of one object. Splits never share one: the split is part of it."""
-    key = [SPLITS[split], seed, index, zlib.crc32(category.encode())]
-    return int(np.random.SeedSequence(key).generate_state(1, np.uint64)[0] >> 1)
 
 
 def synthesise(job: Synth, index: int) -> Sample:
     """Sample ``index`` of a dataset; it depends on nothing else."""
     files = Surroundings.from_folder(job.backgrounds)
-    seed = instance_seed(job.category, job.split, job.seed, index)
-    instance = make_instance(job.category, seed, files.photos)
+    seed = instance_seed(job.objects.name, job.split, job.seed, index)
+    instance = job.objects.instance(seed, files.photos)
     rng = np.random.default_rng([seed, 1])
-    return make_sample(rng, instance, files, job.size)
+    return make_sample(rng, instance, job.objects.staging, files, job.size)
 
 
 _job: Synth | None = None
@@ -79,7 +65,7 @@ def _make_row(index: int) -> dict[str, Any]:
 def _manifest(job: Synth) -> dict[str, Any]:
     return {
         "format": shards.FORMAT,
-        "category": job.category,
+        **job.objects.about(),
         "n": job.n,
         "seed": job.seed,
         "split": job.split,
@@ -106,9 +92,8 @@ def _prepare(job: Synth) -> None:
                 "choose another --out"
             )
     if not (job.out / shards.PRIOR).exists():
-        seeds = [instance_seed(job.category, "train", 0, i) for i in range(PRIOR_INSTANCES)]
         out = io.BytesIO()
-        category_prior(job.category, seeds).save(out)
+        job.objects.prior().save(out)
         shards.write_atomically(job.out / shards.PRIOR, out.getvalue())
     shards.write_atomically(path, json.dumps(wanted, indent=1).encode())
 
@@ -134,7 +119,7 @@ def synth(job: Synth) -> None:
         context.Pool(job.workers or os.cpu_count() or 1, _start_worker, (job,)) as pool,
         Progress(*columns, TimeRemainingColumn(), console=Console(stderr=True)) as progress,
     ):
-        task = progress.add_task(f"{job.category} {job.split}", total=sum(map(len, blocks)))
+        task = progress.add_task(f"{job.objects.name} {job.split}", total=sum(map(len, blocks)))
         rows = pool.imap(_make_row, [i for block in blocks for i in block], chunksize=4)
         for number, block in zip(missing, blocks, strict=True):
             made = []

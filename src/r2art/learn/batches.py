@@ -64,7 +64,7 @@ class Batches:
         key = np.random.SeedSequence((self.recipe.seed, step, self.rank))
         chance = Chance(int(key.generate_state(1, np.uint64)[0] >> 1), self.device)
         names = list(self.photos)
-        name = names[step % len(names)]
+        name = self._turn(step)
         size, source = self.recipe.input_size, self.photos[name]
         index = chance.choice(len(source), self.recipe.crops)
         crops = augment.crops(source, index, size, chance, self.backdrops)
@@ -80,3 +80,9 @@ class Batches:
             box=torch.cat([v.box for v in parts]),
         )
         return name, crops, views, torch.tensor(category, device=self.device)
+
+    def _turn(self, step: int) -> str:
+        """Whose crops a step sees: a category gets turns in proportion to its parts."""
+        turns = [n for n, photos in self.photos.items() for _ in photos.category.part_names]
+        key = np.random.SeedSequence((self.recipe.seed, step, 1 << 32))
+        return turns[np.random.default_rng(key).integers(len(turns))]

@@ -40,14 +40,14 @@ class Run:
     optimizer: torch.optim.Optimizer
 
 
-def save(folder: Path, step: int, run: Run, facts: dict[str, Any]) -> None:
+def save(folder: Path, step: int, run: Run, more: dict[str, Any]) -> None:
     """Write a checkpoint whole or not at all; it replaces the one before.
 
     Args:
         folder: The run's.
         step: Steps done.
         run: Its state.
-        facts: More to keep in ``run.json``.
+        more: More facts to keep in ``run.json``.
     """
     tensors = {f"model.{k}": v for k, v in run.network.state_dict().items()}
     tensors |= {f"average.{k}": v for k, v in run.average.state_dict().items()}
@@ -60,7 +60,7 @@ def save(folder: Path, step: int, run: Run, facts: dict[str, Any]) -> None:
         category.save(prior)
         write_atomically(folder / f"{category.name}.npz", prior.getvalue())
     names = [c.name for c in run.categories]
-    about = {"recipe": asdict(run.recipe), "categories": names, **facts}
+    about = {"recipe": asdict(run.recipe), "categories": names, **more}
     write_atomically(folder / RUN, json.dumps(about, indent=1).encode())
     save_file(tensors, folder / (STATE + ".part"))
     os.replace(folder / (STATE + ".part"), folder / STATE)
@@ -77,7 +77,7 @@ def resume(folder: Path, run: Run) -> tuple[int, dict[str, Any]]:
     """
     if not (folder / STATE).exists():
         return 0, {}
-    about = json.loads((folder / RUN).read_text())
+    about = facts(folder)
     _refuse_another_network(folder, run, about)
     tensors = load_file(folder / STATE)
     run.network.load_state_dict(_under(tensors, "model."))
@@ -107,7 +107,7 @@ def load_network(folder: Path) -> tuple[R2ArtNet, dict[str, Any]]:
     """The averaged network of a run, ready for evaluation, and the run's facts."""
     if not (folder / STATE).exists():
         raise ModelError(f"{folder} holds no trained run; train one with `r2art train`")
-    about = json.loads((folder / RUN).read_text())
+    about = facts(folder)
     categories = tuple(Category.load(folder / f"{name}.npz") for name in about["categories"])
     recipe = about["recipe"]
     network = R2ArtNet(
@@ -120,6 +120,31 @@ def load_network(folder: Path) -> tuple[R2ArtNet, dict[str, Any]]:
     average = _under(load_file(folder / STATE), "average.module.")
     network.load_state_dict(average)
     return network.eval(), about
+
+
+def adopt(network: R2ArtNet, trained: R2ArtNet) -> None:
+    """Start a network from a trained one, which may know other categories.
+
+    Heads of categories that both know are taken over; what depends on the list of categories
+    keeps its fresh start.
+
+    Raises:
+        InputError: Their trunks, necks or input sizes differ.
+    """
+    theirs, ours = trained.state_dict(), network.state_dict()
+    fitting = {k: v for k, v in theirs.items() if k in ours and ours[k].shape == v.shape}
+    shared = [k for k in ours if not k.startswith(("heads.", "category_logits."))]
+    if odd := [k for k in shared if k not in fitting]:
+        raise InputError(
+            f"the run to start from is another network (first at {odd[0]}); "
+            "start from a run of the same recipe"
+        )
+    network.load_state_dict(ours | fitting)
+
+
+def facts(folder: Path) -> dict[str, Any]:
+    """What ``run.json`` of a run says."""
+    return json.loads((folder / RUN).read_text())
 
 
 def _under(tensors: dict[str, Tensor], prefix: str) -> dict[str, Tensor]:

@@ -58,6 +58,18 @@ def tiny(steps: int = 4450) -> Recipe:
     )
 
 
+def further(steps: int = 5400) -> Recipe:
+    """Goes on from a trained run (``--init``) at a lower rate, with the cascade from the start."""
+    return Recipe(
+        backbone_options={"pad_type": "same"},
+        steps=steps,
+        learning_rate=7e-4,
+        trunk_learning_rate=3.5e-4,
+        cascade_from=0,
+        seed=1,
+    )
+
+
 def smoke(steps: int = 4) -> Recipe:
     """A few steps on small batches: shows that everything runs, learns nothing."""
     return Recipe(
@@ -71,4 +83,4 @@ def smoke(steps: int = 4) -> Recipe:
     )
 
 
-RECIPES = {"tiny": tiny, "smoke": smoke}
+RECIPES = {"tiny": tiny, "further": further, "smoke": smoke}

@@ -36,14 +36,16 @@ class Training:
         recipe: The run.
         data: Folders made by `r2art synth`, one per category.
         backbone_weights: ``.npz`` or ``.safetensors`` to start the trunk from.
+        init: Folder of a trained run to start from; it may know other categories.
         backgrounds: Folder of photos to swap in as backdrops.
         out: The run's folder; a run found there goes on where it stopped.
     """
 
     recipe: Recipe
     data: tuple[Path, ...]
-    backbone_weights: Path | None
-    backgrounds: Path | None
+    backbone_weights: Path | None = None
+    init: Path | None = None
+    backgrounds: Path | None = None
     out: Path
 
 
@@ -82,7 +84,12 @@ def make_network(
     network = R2ArtNet(
         categories, recipe.backbone, recipe.input_size, recipe.width, recipe.backbone_options
     )
-    if job.backbone_weights is not None and not (job.out / checkpoint.STATE).exists():
+    if (job.out / checkpoint.STATE).exists():
+        pass
+    elif job.init is not None:
+        trained, _ = checkpoint.load_network(job.init)
+        checkpoint.adopt(network, trained)
+    elif job.backbone_weights is not None:
         load_trunk(network.trunk, job.backbone_weights)
         _, crops, views, _ = batches(0)
         unfold_normalisation(network.trunk, torch.cat([crops.image, views.image]).cpu())
@@ -118,6 +125,7 @@ def train(job: Training) -> None:
     start, before = checkpoint.resume(job.out, run)
     facts = {
         "data": [Dataset.open(folder).manifest for folder in job.data],
+        "init": checkpoint.facts(job.init) if job.init else None,
         "skipped_steps": before.get("skipped_steps", 0),
     }
     if is_main:

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from r2art.core.category import Joint
 from r2art.data.procedural.solids import merged
 from r2art.data.shape import Instance, Surface
+from r2art.data.staging import Rest
 
 FloatArray = NDArray[np.floating]
 
@@ -22,7 +23,10 @@ def bounds(surfaces: Iterable[Surface]) -> tuple[FloatArray, FloatArray]:
 
 
 def assembled(
-    category: str, parts: Mapping[str, Sequence[Surface]], joints: Sequence[Joint]
+    category: str,
+    parts: Mapping[str, Sequence[Surface]],
+    joints: Sequence[Joint],
+    rests: tuple[Rest, ...] = (),
 ) -> Instance:
     """The instance, moved so that the centre of its root part's box is the origin."""
     lower, upper = bounds(next(iter(parts.values())))
@@ -36,6 +40,7 @@ def assembled(
         part_names=tuple(parts),
         parts=tuple(moved),
         joints=tuple(replace(j, pivot=_shifted(j.pivot, shift)) for j in joints),
+        rests=rests,
     )
 
 

@@ -6,21 +6,23 @@ from pathlib import Path
 import numpy as np
 
 from r2art.core.category import Joint
+from r2art.data.categories.drawer.contents import contents
+from r2art.data.categories.drawer.style import CabinetStyle, sample_style
 from r2art.data.procedural.assembly import assembled, bounds
-from r2art.data.procedural.contents import contents
-from r2art.data.procedural.drawer_style import CabinetStyle, sample_style
 from r2art.data.procedural.handles import handles, lock
 from r2art.data.procedural.randomness import between, chance
 from r2art.data.procedural.solids import box, cylinder, decal, plate
 from r2art.data.procedural.textures import label
 from r2art.data.shape import Instance, Material, Surface
+from r2art.data.staging import Staging
 
 DRAWERS = ("top", "middle", "bottom")
 FloatArray = np.ndarray
+STAGING = Staging()
 _STEEL = Material(color=(0.62, 0.62, 0.63), roughness=0.35, metallic=0.9)
 
 
-def drawer(rng: np.random.Generator, photos: Sequence[Path] = ()) -> Instance:
+def generate(rng: np.random.Generator, photos: Sequence[Path] = ()) -> Instance:
     """A ``cabinet`` with ``drawer_top``, ``_middle`` and ``_bottom``; all closed at rest."""
     del photos  # nothing on a cabinet shows one
     shape_rng, look_rng, joint_rng = rng.spawn(3)

@@ -7,15 +7,18 @@ from pathlib import Path
 import numpy as np
 
 from r2art.core.category import Joint
+from r2art.data.categories.laptop.keyboards import DeckStyle, deck
+from r2art.data.categories.laptop.ports import feet, ports
+from r2art.data.categories.laptop.screens import screen_texture
+from r2art.data.categories.laptop.style import BLACK, LaptopStyle, sample_style
 from r2art.data.procedural.assembly import assembled
-from r2art.data.procedural.keyboards import DeckStyle, deck
-from r2art.data.procedural.laptop_style import BLACK, LaptopStyle, sample_style
-from r2art.data.procedural.ports import feet, ports
 from r2art.data.procedural.randomness import Color, between, chance, pick, tinted
-from r2art.data.procedural.screens import screen_texture
 from r2art.data.procedural.solids import box, cylinder, decal, plate, xyz
 from r2art.data.procedural.textures import lid_back, sticker_image
 from r2art.data.shape import Instance, Material, Surface
+from r2art.data.staging import Staging
+
+STAGING = Staging()
 
 
 @dataclass(frozen=True)
@@ -28,7 +31,7 @@ class _Hinge:
     kind: str
 
 
-def laptop(rng: np.random.Generator, photos: Sequence[Path] = ()) -> Instance:
+def generate(rng: np.random.Generator, photos: Sequence[Path] = ()) -> Instance:
     """A laptop: ``base`` and ``lid``, closed at rest; ``photos`` may appear on its screen."""
     shape_rng, look_rng, screen_rng = rng.spawn(3)
     style = sample_style(shape_rng)

@@ -8,17 +8,16 @@ from numpy.typing import NDArray
 
 from r2art.core.category import Category, Joint
 from r2art.data.pose import posed_vertices, root_T_part
-from r2art.data.procedural import make_instance
-from r2art.data.procedural.randomness import weighted
 from r2art.data.shape import Instance, Surface
+from r2art.data.staging import Staging, place_object
 
 FloatArray = NDArray[np.floating]
 POINTS_PER_OBJECT = 2048
-_VIEWS_PER_INSTANCE = 6
+_VIEWS = 1536
 
 
-def category_prior(name: str, seeds: Sequence[int]) -> Category:
-    """Average a category over the instances of some seeds.
+def category_prior(instances: Sequence[Instance], staging: Staging) -> Category:
+    """Average a category over some of its instances; a few hundred make a steady mean.
 
     Sizes are averaged in their logarithm, centres as they are, and each joint's pivot as the
     share of its child's box where it lies. Points are those of the instance nearest to the
@@ -26,10 +25,9 @@ def category_prior(name: str, seeds: Sequence[int]) -> Category:
     over its area.
 
     Args:
-        name: The category.
-        seeds: Of the instances to average; a few hundred make a steady mean.
+        instances: Of one category.
+        staging: How they are photographed, which decides how large they appear (``S_wld``).
     """
-    instances = [make_instance(name, seed) for seed in seeds]
     boxes = [instance.part_boxes() for instance in instances]
     centers, log_sizes = np.stack([c for c, _ in boxes]), np.log([s for _, s in boxes])
     box_center, box_size = centers.mean(axis=0), np.exp(log_sizes.mean(axis=0))
@@ -38,7 +36,7 @@ def category_prior(name: str, seeds: Sequence[int]) -> Category:
     typical = int(np.argmin((np.abs(log_sizes - np.log(box_size)) + offset).sum(axis=(1, 2))))
     points, normals, areas = _surface_points(instances[typical], box_center, box_size)
     return Category(
-        name=name,
+        name=instances[0].category,
         part_names=instances[0].part_names,
         joints=_mean_joints(instances, box_center, box_size),
         box_center=box_center,
@@ -46,7 +44,7 @@ def category_prior(name: str, seeds: Sequence[int]) -> Category:
         points=points,
         normals=normals,
         areas=areas,
-        frontal_area=_frontal_area(instances),
+        frontal_area=_frontal_area(instances, staging),
     )
 
 
@@ -112,54 +110,22 @@ def _sample(
     return (weights * corners[chosen]).sum(axis=1), normals, float(area.sum())
 
 
-def _frontal_area(instances: Sequence[Instance]) -> float:
+def _frontal_area(instances: Sequence[Instance], staging: Staging) -> float:
     """``S_wld`` of Eq. 1 (m²): log-mean, over typical photos, of ``S_bbox z² / (fx fy)``."""
     rng = np.random.default_rng(1)
     logs = [
-        np.log(_box_area(rng, instance))
+        np.log(_box_area(rng, instance, staging))
         for instance in instances
-        for _ in range(_VIEWS_PER_INSTANCE)
+        for _ in range(_VIEWS // len(instances) or 1)
     ]
     return float(np.exp(np.mean(logs)))
 
 
-def _box_area(rng: np.random.Generator, instance: Instance) -> float:
-    """Area (m²) of the box around one random view of an instance, at the root's depth."""
-    vertices = posed_vertices(instance, root_T_part(instance.joints, _states(rng, instance)))
-    azimuth = np.clip(rng.normal(0, np.radians(38)), -np.radians(110), np.radians(110))
-    elevation = np.clip(rng.normal(np.radians(25), np.radians(14)), -0.15, 1.3)
-    seen = vertices @ _looking(azimuth, elevation, rng.normal(0, np.radians(9))).T
-    center = (seen.min(axis=0) + seen.max(axis=0)) / 2
-    radius = np.linalg.norm(seen - center, axis=-1).max()
-    fov = np.radians(rng.uniform(*weighted(rng, {(25, 40): 3, (40, 65): 5, (65, 90): 2})))
-    wanted = rng.uniform(0.35, 0.97) * 2 * np.tan(fov / 2)  # longer side at unit focal length
-    distance, extent = 2 * radius / wanted, np.ones(2)
-    for _ in range(5):
-        distance = max(distance, 1.15 * radius)
-        points = seen - center + (0, 0, distance)
-        points = points[points[:, 2] > 0.02 * radius]
-        extent = np.ptp(points[:, :2] / points[:, 2:], axis=0)
-        distance *= extent.max() / wanted
-    return float(extent[0] * extent[1] * (distance - center[2]) ** 2)
-
-
-def _states(rng: np.random.Generator, instance: Instance) -> FloatArray:
-    """Joint states as photos show them: hinges mostly well open, slides often shut."""
-    share = [
-        (rng.beta(7, 2.5) if rng.random() < 0.75 else rng.random())
-        if joint.kind == "revolute"
-        else float(rng.random() > 0.35) * rng.random()
-        for joint in instance.joints
-    ]
-    limits = np.array([joint.limits for joint in instance.joints])
-    return limits[:, 0] + np.array(share) * (limits[:, 1] - limits[:, 0])
-
-
-def _looking(azimuth: float, elevation: float, roll: float) -> FloatArray:
-    """(3, 3) rotation from the root frame to a camera that looks at its origin."""
-    ca, sa, ce, se = np.cos(azimuth), np.sin(azimuth), np.cos(elevation), np.sin(elevation)
-    backward = np.array([sa * ce, se, ca * ce])
-    right = np.array([ca, 0.0, -sa])
-    level = np.stack([right, np.cross(right, backward), -backward])
-    cr, sr = np.cos(roll), np.sin(roll)
-    return np.array([[cr, -sr, 0], [sr, cr, 0], [0, 0, 1]]) @ level
+def _box_area(rng: np.random.Generator, instance: Instance, staging: Staging) -> float:
+    """Area (m²) of the box around one typical view of an instance, at the root's depth."""
+    state = staging.sample_joint_state(rng, instance.joints)
+    rest = staging.sample_rest(rng, instance.rests)
+    vertices = posed_vertices(instance, root_T_part(instance.joints, state)) @ rest.T
+    camera, cam_T_world, box = place_object(staging.sample_view(rng), vertices, 256)
+    width, height = (box[2:] - box[:2]) / (camera.fx, camera.fy)
+    return float(width * height * cam_T_world[2, 3] ** 2)

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from r2art.data.procedural.laptop_style import LaptopStyle
+from r2art.data.categories.laptop.style import LaptopStyle
 from r2art.data.procedural.randomness import between, chance, pick, weighted
 from r2art.data.procedural.solids import box, cylinder, decal, xyz
 from r2art.data.shape import Material, Surface
