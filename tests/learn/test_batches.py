@@ -26,15 +26,23 @@ def test_a_batch_depends_on_its_step_alone(photos):
     assert torch.equal(again[1].image, crops.image)
     assert torch.equal(again[2].image, views.image)
     assert torch.equal(again[3], category)
+    assert other_rank(3)[0] == name  # processes that share a step train the same heads
     for different in (batches(5), other_rank(3)):
-        assert different[0] == name
         assert not torch.equal(different[1].image, crops.image)
 
 
-def test_all_categories_take_turns(photos):
+def test_categories_take_turns_in_proportion_to_their_parts(photos):
+    recipe = replace(RECIPE, crops=1, photos=2, input_size=32)
+    batches = Batches(recipe, photos, None, torch.device("cpu"), 0)
+    turns = [batches(step)[0] for step in range(240)]
+    parts = {name: len(p.category.part_names) for name, p in photos.items()}
+    for name, count in parts.items():
+        assert turns.count(name) / 240 == pytest.approx(count / sum(parts.values()), abs=0.1)
+
+
+def test_photos_are_of_all_categories(photos):
     batches = Batches(RECIPE, photos, None, torch.device("cpu"), 0)
     made = [batches(step) for step in range(4)]
-    assert [name for name, *_ in made] == list(photos) * 2
     for name, crops, views, category in made:
         assert crops.cam_T_part.shape[1] == len(photos[name].category.part_names)
         assert len(views.image) == len(category) == RECIPE.photos
