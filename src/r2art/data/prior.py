@@ -1,10 +1,12 @@
 """The mean object of a category, from many instances: its boxes, joints and surface points."""
 
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial import ConvexHull, QhullError
 
 from r2art.core.category import Category, Joint
 from r2art.data.pose import posed_vertices, root_T_part
@@ -115,10 +117,21 @@ def _frontal_area(instances: Sequence[Instance], staging: Staging) -> float:
     rng = np.random.default_rng(1)
     logs = [
         np.log(_box_area(rng, instance, staging))
-        for instance in instances
+        for instance in map(_outline, instances)
         for _ in range(_VIEWS // len(instances) or 1)
     ]
     return float(np.exp(np.mean(logs)))
+
+
+def _outline(instance: Instance) -> Instance:
+    """The instance with those vertices alone that can touch a box around its image."""
+    parts = []
+    for part in instance.parts:
+        vertices = np.concatenate([s.vertices for s in part])
+        with suppress(QhullError):  # a part that is quite flat has no hull
+            vertices = vertices[np.sort(ConvexHull(vertices).vertices)]
+        parts.append((replace(part[0], vertices=vertices),))
+    return replace(instance, parts=tuple(parts))
 
 
 def _box_area(rng: np.random.Generator, instance: Instance, staging: Staging) -> float:

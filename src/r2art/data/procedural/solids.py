@@ -29,12 +29,12 @@ FRAMES = np.array(
 )
 # The opposite face is seen from behind: +x, +z mirror their right, +y its up direction.
 _BACK = np.array([[-1, 1, -1], [1, -1, -1], [-1, 1, -1]], dtype=np.float64)[:, :, None] * FRAMES
-_FACE_FRAMES = np.stack([FRAMES, _BACK], axis=1).reshape(6, 3, 3)  # +x -x +y -y +z -z
+FACE_FRAMES = np.stack([FRAMES, _BACK], axis=1).reshape(6, 3, 3)  # +x -x +y -y +z -z
 SQUARE = np.array([[0, 0], [1, 0], [1, 1], [0, 1]], dtype=np.float64)
 _BOX_CORNERS = (
-    np.einsum("kc,fcd->fkd", SQUARE - 0.5, _FACE_FRAMES[:, :2]) + 0.5 * _FACE_FRAMES[:, None, 2]
+    np.einsum("kc,fcd->fkd", SQUARE - 0.5, FACE_FRAMES[:, :2]) + 0.5 * FACE_FRAMES[:, None, 2]
 ).reshape(24, 3)
-_BOX_NORMALS = np.repeat(_FACE_FRAMES[:, 2], 4, axis=0)
+_BOX_NORMALS = np.repeat(FACE_FRAMES[:, 2], 4, axis=0)
 _BOX_UV = np.tile(SQUARE, (6, 1))
 _BOX_FACES = (np.arange(6)[:, None, None] * 4 + np.array([[0, 1, 2], [0, 2, 3]])).reshape(12, 3)
 FACE_NAMES = ("right", "left", "top", "bottom", "front", "back")
@@ -60,7 +60,7 @@ def box(
     vertices = center + _BOX_CORNERS * size
     uv = _BOX_UV
     if tile is not None:
-        extent = np.abs(_FACE_FRAMES[:, :2] @ size)
+        extent = np.abs(FACE_FRAMES[:, :2] @ size)
         uv = (_BOX_UV.reshape(6, 4, 2) * extent[:, None] / tile).reshape(24, 2) + offset
     if upright:
         uv = uv[:, ::-1]
@@ -91,7 +91,7 @@ def decal(
         lift: Distance from the side (m).
     """
     lower, upper = np.asarray(lower, dtype=np.float64), np.asarray(upper, dtype=np.float64)
-    right, up, out = _FACE_FRAMES[FACE_NAMES.index(side)]
+    right, up, out = FACE_FRAMES[FACE_NAMES.index(side)]
     extent = np.abs(np.stack([right, up, out]) @ (upper - lower))
     width, height = extent[:2] if size is None else size
     center = (
@@ -147,7 +147,7 @@ def cap(
     )
 
 
-def _rounded_rectangle(
+def rounded_rectangle(
     width: float, height: float, radius: float, segments: int
 ) -> tuple[FloatArray, FloatArray]:
     """(N, 2) counter-clockwise outline around the origin and its outward normals."""
@@ -248,7 +248,7 @@ def plate(
     pair = (bevel, bevel) if isinstance(bevel, float | int) else bevel
     low, high = (min(b, 0.499 * depth, 0.3 * width, 0.3 * height) for b in pair)
     radius = min(max(radius, low + 2e-4, high + 2e-4), 0.499 * width, 0.499 * height)
-    outline, outline_normals = _rounded_rectangle(width, height, radius, segments)
+    outline, outline_normals = rounded_rectangle(width, height, radius, segments)
     rings, normals = _extrusion(
         outline, outline_normals, (low, high), max(1, (segments + 1) // 2), depth
     )

@@ -5,6 +5,15 @@ from dataclasses import dataclass
 import numpy as np
 
 from r2art.data.procedural.handles import HandleStyle, sample_handle
+from r2art.data.procedural.materials import (
+    LACQUERS,
+    PAINTS,
+    TILE,
+    WOODS,
+    painted,
+    steel,
+    wooden,
+)
 from r2art.data.procedural.randomness import (
     Color,
     between,
@@ -14,37 +23,8 @@ from r2art.data.procedural.randomness import (
     tinted,
     weighted,
 )
-from r2art.data.procedural.textures import brushed, seamless, speckled, wood, worn
 from r2art.data.shape import Material
 
-_WOODS: tuple[Color, ...] = (
-    (0.72, 0.55, 0.36),  # oak
-    (0.82, 0.66, 0.46),  # beech
-    (0.85, 0.7, 0.46),  # pine
-    (0.36, 0.23, 0.15),  # walnut
-    (0.42, 0.19, 0.11),  # mahogany
-    (0.55, 0.35, 0.2),  # cherry
-    (0.17, 0.12, 0.1),  # wenge
-    (0.6, 0.55, 0.48),  # grey ash
-)
-_PAINTS: tuple[Color, ...] = (
-    (0.93, 0.93, 0.92),
-    (0.93, 0.93, 0.92),
-    (0.88, 0.86, 0.8),
-    (0.16, 0.16, 0.17),
-    (0.45, 0.47, 0.5),
-    (0.25, 0.4, 0.5),
-    (0.4, 0.5, 0.4),
-    (0.75, 0.45, 0.45),
-    (0.2, 0.25, 0.4),
-)
-_LACQUERS: tuple[Color, ...] = (
-    (0.65, 0.66, 0.67),
-    (0.4, 0.41, 0.43),
-    (0.78, 0.75, 0.66),
-    (0.9, 0.9, 0.9),
-    (0.15, 0.15, 0.16),
-)
 _TOOL_COLORS: tuple[Color, ...] = (
     (0.7, 0.07, 0.07),
     (0.13, 0.13, 0.14),
@@ -61,7 +41,6 @@ _PLASTICS: tuple[Color, ...] = (
     (0.9, 0.7, 0.75),
     (0.75, 0.85, 0.7),
 )
-TILE = 1.3  # m
 
 
 @dataclass(frozen=True)
@@ -111,7 +90,7 @@ def sample_style(rng: np.random.Generator) -> CabinetStyle:
     height = spread(rng, 0.61, 0.085, 0.45, 0.8)
     width = float(np.clip(height * between(rng, *wide), 0.3, 0.8))
     depth = float(np.clip(height * between(rng, *deep), 0.34, 0.6))
-    body, top_look, front_look, inside, tile = _looks(rng, kind)
+    body, top_look, front_look, inside, tile = looks(rng, kind)
     support, support_height = _support(rng, kind, height)
     inset = kind in ("tool", "tower") or chance(rng, 0.3)
     top = 0.012 if kind in ("tool", "tower") else between(rng, 0.014, 0.035)
@@ -135,8 +114,8 @@ def sample_style(rng: np.random.Generator) -> CabinetStyle:
         top_look=top_look,
         front_look=front_look,
         inside=inside,
-        support_look=_support_look(rng, support, body),
-        panel=_panel(rng, kind),
+        support_look=support_look(rng, support, body),
+        panel=panel(rng, kind),
         edge=pick(rng, (0.0, 0.0006, 0.002, 0.005)),
         handle=sample_handle(rng, kind, width, front_look),
         tile=tile,
@@ -156,7 +135,8 @@ def _shares(rng: np.random.Generator, kind: str) -> tuple[float, ...]:
     return weighted(rng, choices)
 
 
-def _panel(rng: np.random.Generator, kind: str) -> str:
+def panel(rng: np.random.Generator, kind: str) -> str:
+    """How a front is panelled: ``flat``, ``frame`` or ``raised``."""
     if kind in ("bedside", "dresser"):
         return weighted(rng, {"flat": 6, "frame": 2, "raised": 1.5})
     return "flat"
@@ -177,7 +157,8 @@ def _support(rng: np.random.Generator, kind: str, height: float) -> tuple[str, f
     return name, min(between(rng, low, high), 0.3 * height)
 
 
-def _support_look(rng: np.random.Generator, support: str, body: Material) -> Material:
+def support_look(rng: np.random.Generator, support: str, body: Material) -> Material:
+    """Look of what a cabinet stands on."""
     black = Material(color=(0.06, 0.06, 0.06), roughness=0.6)
     if support == "castors":
         return black if chance(rng, 0.8) else Material(color=(0.5, 0.5, 0.5), roughness=0.5)
@@ -187,59 +168,36 @@ def _support_look(rng: np.random.Generator, support: str, body: Material) -> Mat
     return body if chance(rng, 0.7) else black
 
 
-def _wooden(rng: np.random.Generator, color: Color) -> Material:
-    image = wood(rng, tinted(rng, color, 0.03))
-    if chance(rng, 0.4):
-        image = worn(rng, image, between(rng, 0.2, 0.8))
-    return Material(color=(1, 1, 1), texture=seamless(image), roughness=between(rng, 0.25, 0.7))
-
-
-def _painted(rng: np.random.Generator, colors: tuple[Color, ...], metallic: float) -> Material:
-    image = speckled(rng, between(rng, 0.02, 0.07))
-    if chance(rng, 0.3):
-        image = worn(rng, image, between(rng, 0.3, 1.0))
-    return Material(
-        color=tinted(rng, pick(rng, colors), 0.03),
-        texture=seamless(image),
-        roughness=between(rng, 0.2, 0.65),
-        metallic=metallic,
-    )
-
-
-def _looks(
+def looks(
     rng: np.random.Generator, kind: str
 ) -> tuple[Material, Material, Material, Material, float | None]:
     """Body, top, fronts and inside of the drawers, and the tile (m) of their textures."""
     if kind == "tower":
-        body = _painted(rng, _PLASTICS, 0.0)
+        body = painted(rng, _PLASTICS, 0.0)
         clear = tinted(rng, pick(rng, ((0.88, 0.9, 0.92), (0.8, 0.87, 0.92), (0.95, 0.95, 0.93))))
         drawers = Material(color=clear, roughness=between(rng, 0.15, 0.4), emission=0.08)
         return body, body, drawers, drawers, TILE
     if kind == "tool":
-        body = _painted(rng, _TOOL_COLORS, 0.0)
-        front = _painted(rng, _TOOL_COLORS, 0.0) if chance(rng, 0.3) else body
+        body = painted(rng, _TOOL_COLORS, 0.0)
+        front = painted(rng, _TOOL_COLORS, 0.0) if chance(rng, 0.3) else body
         mat = Material(color=(0.08, 0.08, 0.08), roughness=0.8)
-        return body, pick(rng, (body, mat)), front, pick(rng, (body, _steel(rng))), TILE
+        return body, pick(rng, (body, mat)), front, pick(rng, (body, steel(rng))), TILE
     metal = kind == "pedestal" and chance(rng, 0.6)
     inside = _inside(rng, metal)
     if metal:
-        body = _painted(rng, _LACQUERS, 0.0)
-        top = _wooden(rng, pick(rng, _WOODS)) if chance(rng, 0.2) else body
-        front = _painted(rng, _LACQUERS + _PAINTS, 0.0) if chance(rng, 0.25) else body
+        body = painted(rng, LACQUERS, 0.0)
+        top = wooden(rng, pick(rng, WOODS)) if chance(rng, 0.2) else body
+        front = painted(rng, LACQUERS + PAINTS, 0.0) if chance(rng, 0.25) else body
         return body, top, front, inside, TILE
     if chance(rng, 0.62):
-        body = _wooden(rng, pick(rng, _WOODS))
+        body = wooden(rng, pick(rng, WOODS))
         other = chance(rng, 0.25)
-        front = _painted(rng, _PAINTS, 0.0) if other else body
+        front = painted(rng, PAINTS, 0.0) if other else body
         return body, body, front, inside, TILE
-    body = _painted(rng, _PAINTS, 0.0)
-    top = _wooden(rng, pick(rng, _WOODS)) if chance(rng, 0.25) else body
-    front = _wooden(rng, pick(rng, _WOODS)) if chance(rng, 0.2) else body
+    body = painted(rng, PAINTS, 0.0)
+    top = wooden(rng, pick(rng, WOODS)) if chance(rng, 0.25) else body
+    front = wooden(rng, pick(rng, WOODS)) if chance(rng, 0.2) else body
     return body, top, front, inside, TILE
-
-
-def _steel(rng: np.random.Generator) -> Material:
-    return Material(color=(0.6, 0.6, 0.62), texture=brushed(rng), roughness=0.4, metallic=0.8)
 
 
 def _inside(rng: np.random.Generator, metal: bool) -> Material:
