@@ -1,7 +1,9 @@
 """What is written is read again, whole, and nothing else is taken for a dataset."""
 
 import json
-from dataclasses import fields
+import subprocess
+import sys
+from dataclasses import fields, replace
 
 import numpy as np
 import pytest
@@ -13,6 +15,7 @@ from r2art.data.categories import make_instance, staging
 from r2art.data.prior import category_prior
 from r2art.data.sample import Sample
 from r2art.data.shards import Dataset
+from r2art.data.source import Fault, Source
 
 
 def some_sample(seed: int = 0) -> Sample:
@@ -32,6 +35,7 @@ def some_sample(seed: int = 0) -> Sample:
         axis=rng.normal(size=(1, 3)),
         pivot=rng.normal(size=(1, 3)),
         visible=rng.random(2),
+        amodal=rng.integers(0, 4, (40, 48), np.uint16),
     )
 
 
@@ -41,7 +45,7 @@ def dataset(tmp_path):
     category_prior([make_instance("laptop", seed) for seed in range(2)], staging("laptop")).save(
         tmp_path / shards.PRIOR
     )
-    manifest = {"format": shards.FORMAT, "n": 3, "shards": 2}
+    manifest = {"format": shards.FORMAT, "n": 3, "shards": 2, "shard_size": 2}
     (tmp_path / shards.MANIFEST).write_text(json.dumps(manifest))
     for number, block in enumerate(([0, 1], [2])):
         rows = [shards.to_row(i, some_sample(i)) for i in block]
@@ -72,6 +76,37 @@ def test_a_dataset_gives_back_every_sample_in_order(dataset):
     assert opened.category.name == "laptop"
 
 
+def test_samples_are_found_in_any_order(dataset):
+    opened: Source = Dataset.open(dataset)
+    for i in (2, 0, 1, 2):
+        assert_same(opened[i], some_sample(i))
+    assert opened.file(0) == f"{dataset}/shard-00000.parquet row 0"
+    assert opened.file(2) == f"{dataset}/shard-00001.parquet row 0"
+    for outside in (3, -1):
+        with pytest.raises(IndexError, match="0 to 2"):
+            opened[outside]
+
+
+def test_one_sample_is_read_without_the_other_shards(dataset):
+    shards.shard_path(dataset, 0).write_bytes(b"torn")
+    opened = Dataset.open(dataset)
+    assert_same(opened[2], some_sample(2))
+    with pytest.raises(Fault, match=r"shard-00000\.parquet: is no readable Parquet file"):
+        opened[0]
+
+
+def test_a_dataset_from_before_shard_sizes_were_told_is_still_read(tmp_path, dataset):
+    manifest = json.loads((dataset / shards.MANIFEST).read_text())
+    del manifest["shard_size"]
+    manifest |= {"backgrounds": True, "n": 251}
+    (dataset / shards.MANIFEST).write_text(json.dumps(manifest))
+    row = shards.to_row(250, some_sample(250))
+    del row["amodal"]
+    shards.write_shard(shards.shard_path(dataset, 1), [row])
+    opened = Dataset.open(dataset)
+    assert_same(opened[250], replace(some_sample(250), amodal=None))
+
+
 def test_depth_beyond_what_16_bits_hold_is_cut_not_wrapped():
     sample = some_sample()
     sample.depth[0, 0] = 90.0
@@ -79,13 +114,25 @@ def test_depth_beyond_what_16_bits_hold_is_cut_not_wrapped():
     assert read.depth[0, 0] == pytest.approx(65535 * shards.DEPTH_UNIT)
 
 
-def test_a_failed_write_leaves_the_old_file(tmp_path):
+def test_a_failed_write_leaves_the_old_file_and_nothing_else(tmp_path):
     path = tmp_path / "file"
     shards.write_atomically(path, b"old")
-    (tmp_path / "file.part").mkdir()  # so that the new one cannot be written
-    with pytest.raises(InputError, match="cannot write"):
-        shards.write_atomically(path, b"new")
+    script = (
+        "import resource, sys; from pathlib import Path; from r2art.data import shards; "
+        "resource.setrlimit(resource.RLIMIT_FSIZE, (4096, 4096)); "  # as if the disk were full
+        "shards.write_atomically(Path(sys.argv[1]), bytes(10_000))"
+    )
+    done = subprocess.run([sys.executable, "-c", script, path], capture_output=True, text=True)
+    assert "InputError: cannot write" in done.stderr
     assert path.read_bytes() == b"old"
+    assert [p.name for p in tmp_path.iterdir()] == ["file"]
+
+
+def test_what_cannot_be_replaced_is_told(tmp_path):
+    (tmp_path / "file").mkdir()
+    with pytest.raises(InputError, match=r"cannot write .*file: Is a directory"):
+        shards.write_atomically(tmp_path / "file", b"new")
+    assert [p.name for p in tmp_path.iterdir()] == ["file"]
 
 
 def test_a_folder_that_is_no_dataset_is_refused_with_the_remedy(tmp_path):

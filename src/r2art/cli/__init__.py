@@ -13,7 +13,9 @@ from pathlib import Path
 import tyro
 from tyro.conf import DisallowNone, FlagCreatePairsOff
 
-from r2art.cli.learn import evaluate, export, synth, train
+from r2art.cli.data import DATA
+from r2art.cli.group import Group, listed
+from r2art.cli.learn import evaluate, export, prior, synth, train
 from r2art.cli.predict import predict
 from r2art.core.errors import R2ArtError, UsageError
 from r2art.run.report import say
@@ -21,8 +23,9 @@ from r2art.run.report import say
 USAGE, INTERRUPTED = 2, 130
 TRAIN_EXTRA = frozenset(
     {
-        *("accelerate", "jaxtyping", "matplotlib", "onnx", "onnxscript", "pyarrow"),
-        *("safetensors", "scipy", "timm", "torch", "trimesh", "warp"),
+        *("accelerate", "collada", "fast_simplification", "jaxtyping", "matplotlib", "mujoco"),
+        *("onnx", "onnxscript", "pyarrow", "safetensors", "scipy", "timm", "torch", "trimesh"),
+        "warp",
     }
 )
 
@@ -40,15 +43,19 @@ examples:
   r2art predict drawer.png --category drawer --box 80 40 520 460
   r2art predict laptop.jpg --json               JSON on stdout, no files
   r2art synth laptop -n 1000 --out data/laptop  a labelled dataset
+  r2art synth --urdf arm.urdf -n 1000 --out data/arm   of a robot, or object, of your own
+  r2art data show data/laptop                   look at it
 
-exit codes: 0 all done; 2 an argument cannot be meant; 3 an image is unreadable or unusable (the
-others are done); 4 no usable model
+exit codes: 0 all done; 1 `data check` has found faults; 2 an argument cannot be meant; 3 an image
+or dataset is unreadable or unusable (the others are done); 4 no usable model
 
 r2art COMMAND --help lists a command's options; r2art --version prints the version."""
 
-COMMANDS: dict[str, Callable[..., int]] = {
+COMMANDS: dict[str, Callable[..., int] | Group] = {
     "predict": predict,
     "synth": synth,
+    "prior": prior,
+    "data": DATA,
     "train": train,
     "eval": evaluate,
     "export": export,
@@ -80,8 +87,7 @@ def main(argv: Sequence[str] | None = None) -> int:
 def _dispatch(arguments: list[str]) -> int:
     command, *rest = arguments or ["--help"]
     if command in ("-h", "--help"):
-        summaries = {name: (f.__doc__ or "").splitlines()[0] for name, f in COMMANDS.items()}
-        print(HELP.format(commands="\n".join(f"  {n:<9} {s}" for n, s in summaries.items())))
+        print(HELP.format(commands=listed(COMMANDS)))
         return 0 if arguments else USAGE
     if command == "--version":
         from r2art import __version__
@@ -91,9 +97,22 @@ def _dispatch(arguments: list[str]) -> int:
     if command not in COMMANDS:
         hint = f"r2art predict {command}" if Path(command).exists() else "r2art --help"
         raise UsageError(f"no command {command!r}; try `{hint}`")
-    return tyro.cli(
-        COMMANDS[command],
-        prog=f"r2art {command}",
-        args=rest,
-        config=(DisallowNone, FlagCreatePairsOff),
-    )
+    found = COMMANDS[command]
+    if isinstance(found, Group):
+        return _dispatch_in(found, f"r2art {command}", rest)
+    return _call(found, f"r2art {command}", rest)
+
+
+def _dispatch_in(group: Group, name: str, arguments: list[str]) -> int:
+    command, *rest = arguments or ["--help"]
+    if command in ("-h", "--help"):
+        print(group.help.format(commands=listed(group.commands)))
+        return 0 if arguments else USAGE
+    if command not in group.commands:
+        raise UsageError(f"no command {command!r} in `{name}`; try `{name} --help`")
+    return _call(group.commands[command], f"{name} {command}", rest)
+
+
+def _call(command: Callable[..., int], name: str, arguments: list[str]) -> int:
+    config = (DisallowNone, FlagCreatePairsOff)
+    return tyro.cli(command, prog=name, args=arguments, config=config)

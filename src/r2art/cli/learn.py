@@ -1,4 +1,4 @@
-"""`r2art synth`, `train`, `eval` and `export`: make data, learn, measure, ship.
+"""`r2art synth`, `prior`, `train`, `eval` and `export`: make data, learn, measure, ship.
 
 They need the extra ``train``, which is imported only inside them.
 """
@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from tyro.conf import Positional, UseAppendAction, arg
 
+from r2art.cli.selection import Selection
 from r2art.core.errors import UsageError
 
 if TYPE_CHECKING:
@@ -16,9 +17,8 @@ if TYPE_CHECKING:
 
 
 def synth(
-    category: Annotated[str, Positional, arg(metavar="CATEGORY")],
-    /,
     *,
+    selection: Annotated[Selection, arg(name="")],
     n: Annotated[int, arg(aliases=["-n"])],
     out: Path,
     seed: int = 0,
@@ -26,14 +26,16 @@ def synth(
     size: int = 224,
     backgrounds: Path | None = None,
     workers: int = 0,
+    shard: Annotated[str, arg(metavar="I/N")] = "1/1",
 ) -> int:
-    """Render labelled photos of a procedural category.
+    """Render labelled photos of a procedural category, or of models of your own.
 
     The same arguments give the same bytes. A run that was stopped goes on where it was when the
-    same command is given again.
+    same command is given again. Your own: `r2art synth --urdf arm.urdf --fix joint7 ...`, or
+    --mjcf, or --partnet; several models of one kind are split into train, val and test.
 
     Args:
-        category: For instance laptop or drawer.
+        selection: What to show.
         n: Photos to make; each shows an object of its own.
         out: Folder of the dataset.
         seed: Another seed makes other objects.
@@ -42,14 +44,16 @@ def synth(
         backgrounds: Folder of photos, .hdr light probes and textures; without it everything is
             procedural.
         workers: Processes; 0 takes one per core.
+        shard: Make only the I-th of N shares; several runs, or machines, make the N shares of
+            one dataset, into one folder or into folders to be copied together.
     """
-    from r2art.data.objects import Procedural
+    from r2art.data.filling import Share
     from r2art.data.synth import Synth
     from r2art.data.synth import synth as run
 
     run(
         Synth(
-            objects=Procedural(category),
+            objects=selection.objects(split),
             n=n,
             seed=seed,
             split=split,
@@ -57,8 +61,29 @@ def synth(
             backgrounds=backgrounds,
             out=out,
             workers=workers,
+            share=Share.parse(shard),
         )
     )
+    return 0
+
+
+def prior(
+    *,
+    selection: Annotated[Selection, arg(name="")],
+    out: Path = Path("category.npz"),
+) -> int:
+    """Write what is known of a category before any photo: its mean object.
+
+    Mean part boxes, points on every part, joints with their limits, and how large such objects
+    appear. `r2art synth` puts the same file into every dataset.
+
+    Args:
+        selection: Whose prior.
+        out: The file (.npz), which `r2art.core.category.Category.load` reads.
+    """
+    from r2art.cli.selection import write_prior
+
+    write_prior(selection.objects().prior(), out)
     return 0
 
 

@@ -95,7 +95,7 @@ class Category:
         )
 
     @classmethod
-    def load(cls, path: Path) -> "Category":
+    def load(cls, path: Path | BinaryIO) -> "Category":
         """Read a prior that :meth:`save` wrote."""
         with np.load(path, allow_pickle=False) as f:
             meta = json.loads(str(f["meta"]))

@@ -38,6 +38,11 @@ def draw(prediction: Prediction, photo: Photo) -> Image.Image:
     Raises:
         InputError: The photo is not the size of the one predicted from.
     """
+    return legend(prediction, annotated(prediction, photo))
+
+
+def annotated(prediction: Prediction, photo: Photo) -> Image.Image:
+    """The same without a legend."""
     camera = prediction.camera
     if (photo.width, photo.height) != (camera.width, camera.height):
         raise InputError(
@@ -55,7 +60,7 @@ def draw(prediction: Prediction, photo: Photo) -> Image.Image:
     _draw_root_frame(pen, prediction.parts[0])
     for j, joint in enumerate(prediction.joints):
         _draw_joint(pen, joint, prediction.parts[j + 1], part_color(j + 1))
-    return legend(prediction, pen.finish())
+    return pen.finish()
 
 
 def facing(part: PartEstimate) -> frozenset[Face]:

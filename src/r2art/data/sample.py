@@ -31,6 +31,7 @@ class Sample:
         axis: (J, 3) unit joint axes at rest, in the root frame.
         pivot: (J, 3) points on the axes (m).
         visible: (P,) share of each part's silhouette that nothing else hides, 0 to 1.
+        amodal: (H, W) uint16: bit k where part k would be seen if it were alone; None: unknown.
     """
 
     image: NDArray[np.uint8]
@@ -45,3 +46,4 @@ class Sample:
     axis: FloatArray
     pivot: FloatArray
     visible: FloatArray
+    amodal: NDArray[np.uint16] | None = None

@@ -1,9 +1,9 @@
 """`r2art synth`: render a labelled dataset of a procedural category, resumably."""
 
-import io
-import json
 import multiprocessing
 import os
+from collections.abc import Iterable, Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -12,19 +12,33 @@ import numpy as np
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
-from r2art.core.errors import InputError, UsageError
-from r2art.data import shards
+from r2art.core.errors import UsageError
+from r2art.data import filling, shards
+from r2art.data.filling import WHOLE, Share
+from r2art.data.hashes import folder_hash
 from r2art.data.objects import Objects, Split, instance_seed
 from r2art.data.sample import Sample
 from r2art.data.scene import make_sample
 from r2art.data.surroundings import Surroundings
 
-SHARD_SIZE = 250
+SHARD_SIZE = shards.SHARD_SIZE
 
 
 @dataclass(frozen=True, kw_only=True)
 class Synth:
-    """What to render. Everything but ``workers`` decides the bytes of the result."""
+    """What to render; all but ``out``, ``workers`` and ``share`` decides the bytes of the result.
+
+    Attributes:
+        objects: Of one category.
+        n: Photos, of one object each.
+        seed: Another seed makes other objects.
+        split: No object is in two splits.
+        size: Side of the square photos (px).
+        backgrounds: Folder to draw surroundings from.
+        out: Folder of the dataset.
+        workers: Processes; 0: one per core.
+        share: The part of the dataset that this run makes.
+    """
 
     objects: Objects
     n: int
@@ -34,6 +48,7 @@ class Synth:
     backgrounds: Path | None
     out: Path
     workers: int = 0
+    share: Share = WHOLE
 
     def __post_init__(self) -> None:
         if self.n < 1 or not 32 <= self.size <= 2048:
@@ -62,68 +77,48 @@ def _make_row(index: int) -> dict[str, Any]:
     return shards.to_row(index, synthesise(_job, index))
 
 
+@contextmanager
+def _rows(job: Synth, indices: Sequence[int]) -> Iterator[Iterable[dict[str, Any]]]:
+    """The rows of some samples, in order, made by as many processes as the job asks for."""
+    if (workers := job.workers or os.cpu_count() or 1) == 1:
+        yield (shards.to_row(index, synthesise(job, index)) for index in indices)
+        return
+    synthesise(job, indices[0])  # compiles the kernels once, before the workers start
+    with multiprocessing.get_context("spawn").Pool(workers, _start_worker, (job,)) as pool:
+        yield pool.imap(_make_row, indices, chunksize=4)
+
+
 def _manifest(job: Synth) -> dict[str, Any]:
     return {
         "format": shards.FORMAT,
         **job.objects.about(),
-        "n": job.n,
         "seed": job.seed,
         "split": job.split,
         "size": job.size,
-        "backgrounds": bool(job.backgrounds),
-        "shards": -(-job.n // SHARD_SIZE),
+        "backgrounds": f"sha256:{folder_hash(job.backgrounds)}" if job.backgrounds else False,
+        **filling.counts(job.n, SHARD_SIZE),
     }
-
-
-def _prepare(job: Synth) -> None:
-    """Make or check the folder; refuse to mix two datasets."""
-    try:
-        job.out.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise InputError(
-            f"cannot write to {job.out}: {error.strerror}; choose another --out"
-        ) from error
-    wanted, path = _manifest(job), job.out / shards.MANIFEST
-    if path.exists():
-        found = shards.read_manifest(job.out)
-        if odd := [k for k in wanted | found if found.get(k) != wanted.get(k)]:
-            raise InputError(
-                f"{job.out} already holds another dataset (differs in {', '.join(odd)}); "
-                "choose another --out"
-            )
-    if not (job.out / shards.PRIOR).exists():
-        out = io.BytesIO()
-        job.objects.prior().save(out)
-        shards.write_atomically(job.out / shards.PRIOR, out.getvalue())
-    shards.write_atomically(path, json.dumps(wanted, indent=1).encode())
 
 
 def synth(job: Synth) -> None:
     """Render what is missing of a dataset, with a progress bar; safe to kill and call again.
 
     Raises:
-        InputError: The folder cannot be written or holds another dataset, or there are no
-            such backgrounds.
+        InputError: The folder cannot be written or holds another dataset, the disk is full, or
+            there are no such backgrounds.
     """
     Surroundings.from_folder(job.backgrounds)
-    _prepare(job)
-    count = -(-job.n // SHARD_SIZE)
-    missing = [k for k in range(count) if not shards.shard_path(job.out, k).exists()]
-    if not missing:
-        return
-    blocks = [range(k * SHARD_SIZE, min(job.n, (k + 1) * SHARD_SIZE)) for k in missing]
-    synthesise(job, 0)  # compiles the kernels once, before the workers start
-    context = multiprocessing.get_context("spawn")
+    manifest = _manifest(job)
+    filling.prepare(job.out, manifest, job.objects.prior)
+    if numbers := filling.missing(job.out, manifest, job.share):
+        indices = [i for k in numbers for i in filling.block(manifest, k)]
+        with _rows(job, indices) as rows, _progress() as progress:
+            title = f"{job.objects.name} {job.split}"
+            tracked = progress.track(rows, len(indices), description=title)
+            filling.fill(job.out, manifest, numbers, tracked)
+    filling.seal(job.out, manifest)
+
+
+def _progress() -> Progress:
     columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn())
-    with (
-        context.Pool(job.workers or os.cpu_count() or 1, _start_worker, (job,)) as pool,
-        Progress(*columns, TimeRemainingColumn(), console=Console(stderr=True)) as progress,
-    ):
-        task = progress.add_task(f"{job.objects.name} {job.split}", total=sum(map(len, blocks)))
-        rows = pool.imap(_make_row, [i for block in blocks for i in block], chunksize=4)
-        for number, block in zip(missing, blocks, strict=True):
-            made = []
-            for _ in block:
-                made.append(next(rows))
-                progress.advance(task)
-            shards.write_shard(shards.shard_path(job.out, number), made)
+    return Progress(*columns, TimeRemainingColumn(), console=Console(stderr=True))

@@ -186,6 +186,8 @@ def _interval(s: Spread, unit: float, digits: int) -> str:
 def synth_command(manifest: dict[str, Any], folder: str) -> str:
     """The command that makes the dataset again."""
     m = manifest
+    if "source" in m:
+        return f"r2art data convert {m['source']} --out {folder}"
     backgrounds = " --backgrounds DIR" if m["backgrounds"] else ""
     return (
         f"r2art synth {m['category']} -n {m['n']} --seed {m['seed']} --split {m['split']} "
