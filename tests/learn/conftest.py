@@ -14,6 +14,7 @@ from r2art.data.prior import category_prior
 from r2art.data.shards import Dataset
 from r2art.data.synth import Synth, synthesise
 from r2art.learn import train as train_module
+from r2art.learn.export import export
 from r2art.learn.memory import Photos
 from r2art.learn.recipes import Recipe
 from r2art.learn.train import Training, train
@@ -86,3 +87,11 @@ def run(datasets, tmp_path_factory) -> Path:
         patch.setattr(train_module, "LOG_EVERY", 5)
         train(job)
     return out
+
+
+@pytest.fixture(scope="session")
+def model_file(run, tmp_path_factory) -> Path:
+    """The model file of that run."""
+    path = tmp_path_factory.mktemp("model") / "small.onnx"
+    export(run, path)
+    return path

@@ -71,8 +71,10 @@ def output_names(names: tuple[str, ...]) -> list[str]:
     return ["found_box", "category_scores", *(f"{n}.{field}" for n in names for field in FIELDS)]
 
 
-def to_onnx(network: R2ArtNet, facts: dict[str, Any], categories: tuple[Category, ...]) -> bytes:
-    """The network with its tail as the bytes of an ONNX file."""
+def to_onnx(
+    network: R2ArtNet, facts: dict[str, Any], categories: tuple[Category, ...]
+) -> onnx.ModelProto:
+    """The network with its tail as an ONNX model, all weights float32."""
     size = network.input_size
     example = (
         torch.zeros((1, size, size, 3), dtype=torch.uint8),
@@ -92,12 +94,11 @@ def to_onnx(network: R2ArtNet, facts: dict[str, Any], categories: tuple[Category
             verbose=False,
         )
     assert program is not None
-    model = store_half(program.model_proto)
+    model = program.model_proto
     del model.metadata_props[:]
     meta = model.metadata_props.add()
     meta.key, meta.value = "r2art", json.dumps(metadata(network, facts, categories))
-    onnx.checker.check_model(model)
-    return model.SerializeToString()
+    return model
 
 
 def metadata(
@@ -126,8 +127,10 @@ def metadata(
 
 
 def store_half(model: onnx.ModelProto, least: int = 4096) -> onnx.ModelProto:
-    """Keep large float32 weights as float16, with a cast that is folded when a session starts."""
-    graph = model.graph
+    """A model whose large weights are float16, with a cast that is folded when a session starts."""
+    stored = onnx.ModelProto()
+    stored.CopyFrom(model)
+    graph = stored.graph
     casts = []
     for tensor in graph.initializer:
         if tensor.data_type != TensorProto.FLOAT or np.prod(tensor.dims) < least:
@@ -139,7 +142,7 @@ def store_half(model: onnx.ModelProto, least: int = 4096) -> onnx.ModelProto:
     nodes = [*casts, *graph.node]
     del graph.node[:]
     graph.node.extend(nodes)
-    return model
+    return stored
 
 
 def export(run: Path, out: Path) -> None:
@@ -147,4 +150,6 @@ def export(run: Path, out: Path) -> None:
     network, facts = checkpoint.load_network(run)
     facts = {"recipe": facts["recipe"], "data": facts["data"]}
     categories = tuple(Category.load(run / f"{name}.npz") for name in network.names)
-    write_atomically(out, to_onnx(network, facts, categories))
+    model = store_half(to_onnx(network, facts, categories))
+    onnx.checker.check_model(model)
+    write_atomically(out, model.SerializeToString())

@@ -1,11 +1,12 @@
 """Starting the trunk from ImageNet weights, whole or with the normalisation folded in."""
 
 import zipfile
+from collections.abc import Iterable
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import torch
-from jaxtyping import Float
 from safetensors import SafetensorError
 from safetensors.torch import load_file
 from torch import Tensor, nn
@@ -67,20 +68,35 @@ def _start(key: str, old: Tensor, given: dict[str, Tensor], folded: bool) -> Ten
     return None
 
 
-def unfold_normalisation(trunk: nn.Module, images: Float[Tensor, "B 3 S S"]) -> None:
+def folded_identity(layer: nn.BatchNorm2d, bias: Tensor) -> dict[str, Tensor]:
+    """State of a BatchNorm layer that only adds ``bias``, for it is folded into what is before."""
+    one = torch.ones(layer.num_features)
+    variance = one - layer.eps
+    return {"weight": one, "bias": bias, "running_mean": 0 * one, "running_var": variance}
+
+
+def unfold_normalisation(
+    module: nn.Module, *inputs: Any, only: Iterable[nn.BatchNorm2d] | None = None
+) -> None:
     """Give folded BatchNorm layers statistics again without changing what they compute.
 
     Pre-trained weights whose normalisation was folded into the convolutions train badly: batch
-    statistics would rescale every layer. Here each layer gets the mean and variance it sees on
-    ``images``, and the scale and bias that undo them.
+    statistics would rescale every layer. Here each layer gets the mean and variance it sees when
+    the module is given ``inputs``, and the scale and bias that undo them.
+
+    Args:
+        module: Holds the layers.
+        inputs: What it is called with, once, in evaluation mode.
+        only: The folded layers; default: all.
     """
-    layers = [m for m in trunk.modules() if isinstance(m, nn.BatchNorm2d)]
+    layers = only
+    if layers is None:
+        layers = [m for m in module.modules() if isinstance(m, nn.BatchNorm2d)]
     hooks = [m.register_forward_pre_hook(_adopt_statistics) for m in layers]
-    was_training = trunk.training
-    trunk.eval()
+    was_training = module.training
     with torch.no_grad():
-        trunk(images)
-    trunk.train(was_training)
+        module.eval()(*inputs)
+    module.train(was_training)
     for hook in hooks:
         hook.remove()
 

@@ -1,0 +1,125 @@
+"""Going on from a model file: the weights of an exported ONNX graph, back in a network.
+
+The exporter folds most normalisation layers into the convolutions before them and leaves out
+what only training needs (the dense heads). Here the folded layers become layers again, and the
+dense heads start fresh.
+"""
+
+import hashlib
+import json
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import onnx
+import torch
+from google.protobuf.message import DecodeError
+from onnx import numpy_helper
+from torch import Tensor, nn
+
+from r2art.core.errors import ModelError
+from r2art.learn.pretrained import folded_identity, unfold_normalisation
+from r2art.method.network import R2ArtNet
+
+PREFIX = "network."
+BIAS = ".weight_bias"
+"""The exporter's name for the bias of a convolution that has swallowed a normalisation."""
+HALF = "_half"
+ONLY_TRAINING = ("neck.lateral.0.", "neck.at_8.", "photo_mask.")
+"""Layers that only the dense heads read, besides the heads' own masks."""
+
+
+def load_exported(network: R2ArtNet, path: Path, inputs: Sequence[Any]) -> None:
+    """Start a network from a model file, which may know other categories.
+
+    Args:
+        network: Overwritten where the file knows its layers: trunk, neck, and the heads of
+            categories that both know. The list of categories decides whether the classifier is.
+        path: A file of `r2art export`.
+        inputs: Of one training pass, from which folded layers learn their statistics; it leaves
+            what the network computes unchanged.
+
+    Raises:
+        ModelError: It is no such file, or of another network.
+    """
+    given = _tensors(path)
+    state, folded = network.state_dict(), []
+    names = {id(module): name for name, module in network.named_modules()}
+    for conv, norm in _normalised(network, inputs):
+        bias = given.pop(names[id(conv)] + BIAS, None)
+        if bias is not None and f"{names[id(conv)]}.weight" in given:
+            identity = folded_identity(norm, bias)
+            given |= {f"{names[id(norm)]}.{key}": value for key, value in identity.items()}
+            folded.append(norm)
+    fitting = {k: v for k, v in given.items() if k in state and state[k].shape == v.shape}
+    if odd := [k for k in state if _is_shared(k) and k not in fitting]:
+        raise ModelError(
+            f"{path} is of another network (first at {odd[0]}); start from a model of the same "
+            "recipe, or from a run"
+        )
+    network.load_state_dict(state | fitting)
+    unfold_normalisation(network, *inputs, only=folded)
+
+
+def facts(path: Path) -> dict[str, Any]:
+    """What a model file says of its own making, and its SHA-256."""
+    model = _read(path)
+    about = json.loads(next(m.value for m in model.metadata_props if m.key == "r2art"))
+    digest = hashlib.sha256(path.read_bytes()).hexdigest()
+    return {"model": path.name, "sha256": digest, **about["trained"]}
+
+
+def _is_shared(key: str) -> bool:
+    own = ("heads.", "category_logits.", *ONLY_TRAINING)
+    return not key.startswith(own) and not key.endswith("num_batches_tracked")
+
+
+def _read(path: Path) -> onnx.ModelProto:
+    try:
+        model = onnx.load(path)
+    except (OSError, DecodeError, ValueError) as error:
+        raise ModelError(f"cannot read {path} as a model ({error}); choose another") from error
+    if not any(m.key == "r2art" for m in model.metadata_props):
+        raise ModelError(f"{path} is not a model of r2art; make one with `r2art export`")
+    return model
+
+
+def _tensors(path: Path) -> dict[str, Tensor]:
+    """The file's weights by their names in the network, as float32."""
+    return {
+        t.name.removeprefix(PREFIX).removesuffix(HALF): torch.from_numpy(
+            numpy_helper.to_array(t).astype(np.float32)
+        )
+        for t in _read(path).graph.initializer
+        if t.name.startswith(PREFIX)
+    }
+
+
+def _normalised(
+    network: nn.Module, inputs: Sequence[Any]
+) -> list[tuple[nn.Conv2d, nn.BatchNorm2d]]:
+    """Every convolution whose output goes straight into a normalisation, with that layer."""
+    made: dict[int, tuple[nn.Conv2d, Tensor]] = {}  # holds the tensors, so that ids stay unique
+    pairs: list[tuple[nn.Conv2d, nn.BatchNorm2d]] = []
+
+    def remember(conv: nn.Conv2d, _: Any, output: Tensor) -> None:
+        made[id(output)] = (conv, output)
+
+    def match(norm: nn.BatchNorm2d, arguments: tuple[Tensor, ...]) -> None:
+        if id(arguments[0]) in made:
+            pairs.append((made[id(arguments[0])][0], norm))
+
+    hooks = []
+    for module in network.modules():
+        if isinstance(module, nn.Conv2d):
+            hooks.append(module.register_forward_hook(remember))
+        elif isinstance(module, nn.BatchNorm2d):
+            hooks.append(module.register_forward_pre_hook(match))
+    was_training = network.training
+    with torch.no_grad():
+        network.eval()(*inputs)
+    network.train(was_training)
+    for hook in hooks:
+        hook.remove()
+    return pairs

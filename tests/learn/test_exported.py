@@ -1,0 +1,115 @@
+"""Training goes on from a model file as it does from the run that the file was made of."""
+
+import numpy as np
+import onnx
+import pytest
+import torch
+from conftest import small_recipe
+
+from r2art.core.errors import ModelError
+from r2art.learn import checkpoint, exported
+from r2art.learn.batches import Batches
+from r2art.learn.export import Graph
+from r2art.method.network import R2ArtNet
+
+RECIPE = small_recipe(steps=1)
+
+
+def fresh(photos, names=("drawer", "laptop")) -> R2ArtNet:
+    recipe = RECIPE
+    return R2ArtNet(
+        tuple(photos[name].category for name in names),
+        recipe.backbone,
+        recipe.input_size,
+        recipe.width,
+        recipe.backbone_options,
+    )
+
+
+@pytest.fixture(scope="module")
+def inputs(photos):
+    name, crops, views, _ = Batches(RECIPE, photos, None, torch.device("cpu"), 0)(0)
+    return name, crops.image, crops.box, crops.K, views.image
+
+
+def said(network: R2ArtNet, name: str, inputs) -> list[torch.Tensor]:
+    _, image, box, K, _ = inputs
+    pixels = ((image[:1] + 1) * 127.5).permute(0, 2, 3, 1).round().to(torch.uint8)
+    with torch.no_grad():
+        answers = Graph(network.eval())(pixels, K[:1], box[:1])
+    per_category = (len(answers) - 2) // len(network.names)
+    start = 2 + network.names.index(name) * per_category
+    return [answers[0], *answers[start : start + per_category]]
+
+
+def test_the_network_computes_what_the_run_does(photos, run, model_file, inputs):
+    network = fresh(photos)
+    exported.load_exported(network, model_file, inputs)
+    trained, _ = checkpoint.load_network(run)
+    for name in network.names:
+        for ours, theirs in zip(
+            said(network, name, inputs), said(trained, name, inputs), strict=True
+        ):
+            torch.testing.assert_close(ours, theirs, rtol=5e-3, atol=5e-3)
+
+
+def test_its_normalisation_is_alive_again(photos, model_file, inputs):
+    """Batch statistics, as in training, change little: the layers know what they will see."""
+    network = fresh(photos)
+    exported.load_exported(network, model_file, inputs)
+    images = torch.cat([inputs[1], inputs[4]])
+    with torch.no_grad():
+        _, evaluated = network.eval().features(images)
+        _, trained = network.train().features(images)
+    torch.testing.assert_close(trained, evaluated, rtol=0.02, atol=0.02)
+    assert evaluated.std() > 0.1
+
+
+def test_a_category_that_the_file_does_not_know_gets_fresh_heads(photos, model_file, inputs):
+    network = fresh(photos, ("laptop",))
+    before = {k: v.clone() for k, v in network.state_dict().items()}
+    _, *rest = inputs
+    exported.load_exported(network, model_file, ("laptop", *rest))
+    after = network.state_dict()
+    changed = {k for k, v in after.items() if not torch.equal(v, before[k])}
+    assert "heads.laptop.joint.0.weight" in changed
+    assert "trunk.conv_stem.weight" in changed
+    assert "category_logits.2.weight" not in changed  # two answers there, one here
+
+
+def test_the_facts_name_the_file_and_its_making(model_file):
+    facts = exported.facts(model_file)
+    assert facts["model"] == model_file.name
+    assert len(facts["sha256"]) == 64
+    assert facts["recipe"]["steps"] == 30
+
+
+def test_what_is_no_model_is_refused_in_one_line(photos, tmp_path, model_file, inputs):
+    torn = tmp_path / "torn.onnx"
+    torn.write_bytes(model_file.read_bytes()[:5000])
+    foreign = tmp_path / "foreign.onnx"
+    model = onnx.load(model_file)
+    del model.metadata_props[:]
+    onnx.save(model, foreign)
+    for path, message in (
+        (torn, "as a model"),
+        (foreign, "not a model of r2art"),
+        (tmp_path / "none.onnx", "cannot read"),
+    ):
+        with pytest.raises(ModelError, match=message):
+            exported.load_exported(fresh(photos), path, inputs)
+
+
+def test_another_network_is_refused_and_changes_nothing(photos, model_file, inputs):
+    other = R2ArtNet(
+        tuple(p.category for p in photos.values()),
+        "mobilenetv2_050",
+        RECIPE.input_size,
+        48,
+        RECIPE.backbone_options,
+    )
+    before = {k: v.clone() for k, v in other.state_dict().items()}
+    with pytest.raises(ModelError, match="of another network"):
+        exported.load_exported(other, model_file, inputs)
+    for key, value in other.state_dict().items():
+        np.testing.assert_array_equal(value, before[key])
