@@ -8,8 +8,8 @@ import jsonschema
 import numpy as np
 import pytest
 
-from r2art.core.errors import InputError
-from r2art.core.prediction import SCHEMA_FILE, Prediction
+from r2art.core.errors import InputError, UsageError
+from r2art.core.prediction import SCHEMA_FILE, Prediction, Scale
 
 
 @pytest.fixture(scope="module")
@@ -63,6 +63,31 @@ def test_the_schema_wants_every_field_and_no_other(laptop, schema):
         assert not schema.is_valid(broken), f"{parents} without {key}"
         home.update({key: value, "surplus": 1})
         assert not schema.is_valid(broken), f"{parents} with a surplus field"
+
+
+def test_what_was_written_before_scales_were_told_is_still_read(laptop):
+    old = laptop.to_dict()
+    del old["scale"]
+    assert Prediction.from_json(json.dumps(old)).scale == Scale(source="prior", spread=None)
+
+
+def test_a_larger_object_farther_away_looks_the_same(laptop):
+    sliding = replace(laptop.joints[0], kind="prismatic", state=0.2, limits=(0.0, 0.4))
+    twice = replace(laptop, joints=(sliding,)).scaled(2.0, "depth")
+    for before, after in zip(laptop.parts, twice.parts, strict=True):
+        np.testing.assert_allclose(after.corners(), 2 * before.corners(), atol=1e-12)
+        seen = laptop.camera.project(after.corners())
+        np.testing.assert_allclose(seen, laptop.camera.project(before.corners()), atol=1e-9)
+        np.testing.assert_array_equal(after.cam_T_part[:3, :3], before.cam_T_part[:3, :3])
+    (joint,) = twice.joints
+    assert (joint.state, joint.limits) == (0.4, (0.0, 0.8))
+    np.testing.assert_allclose(joint.pivot, 2 * sliding.pivot)
+    np.testing.assert_array_equal(joint.axis, sliding.axis)
+    assert laptop.scaled(2.0, "size").joints[0].state == laptop.joints[0].state  # an angle
+    assert twice.scale == Scale(source="depth")
+    for factor in (0.0, -1.0, np.nan, np.inf):
+        with pytest.raises(UsageError, match="positive"):
+            laptop.scaled(factor, "size")
 
 
 @pytest.mark.parametrize("bad", [np.nan, np.inf, -np.inf])

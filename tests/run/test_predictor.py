@@ -226,3 +226,39 @@ def test_a_model_file_that_is_none_is_refused_in_one_line(shipped, tmp_path, con
     with pytest.raises(ModelError, match="model") as refused:
         r2art.load(path)
     assert "\n" not in str(refused.value)
+
+
+def test_a_known_length_fixes_all_others(predictor, pixels):
+    free = predictor.predict(pixels, CAMERA, "laptop", BOX)
+    assert free.scale.source == "prior"
+    longest = float(np.max(free.parts[0].box_size))
+    sized = predictor.predict(pixels, CAMERA, "laptop", BOX, size=1.5 * longest)
+    deep = predictor.predict(pixels, CAMERA, "laptop", BOX, depth=0.7)
+    assert (sized.scale.source, deep.scale.source) == ("size", "depth")
+    assert np.max(sized.parts[0].box_size) == pytest.approx(1.5 * longest)
+    assert deep.parts[0].cam_T_part[2, 3] == pytest.approx(0.7)
+    for known in (sized, deep):
+        for part, before in zip(known.parts, free.parts, strict=True):
+            uv, uv_before = CAMERA.project(part.corners()), CAMERA.project(before.corners())
+            np.testing.assert_allclose(uv, uv_before, atol=1e-6)
+        assert known.joints[0].state == free.joints[0].state
+    assert not [w for w in sized.warnings if "times as large" in w]
+
+
+def test_a_length_in_millimetres_is_doubted(predictor, pixels):
+    odd = predictor.predict(pixels, CAMERA, "laptop", BOX, size=340)
+    assert [w for w in odd.warnings if "times as large" in w]
+
+
+@pytest.mark.parametrize(
+    ("lengths", "message"),
+    [
+        ({"size": 0.3, "depth": 1.0}, "one of them"),
+        ({"size": 0.0}, "positive number of metres"),
+        ({"depth": math.nan}, "positive number of metres"),
+        ({"depth": -1.0}, "positive number of metres"),
+    ],
+)
+def test_lengths_that_cannot_be_meant_are_refused(predictor, pixels, lengths, message):
+    with pytest.raises(UsageError, match=message):
+        predictor.predict(pixels, CAMERA, "laptop", BOX, **lengths)

@@ -42,6 +42,8 @@ def predict(
     box: Annotated[Numbers | None, FOUR, _option("X1 Y1 X2 Y2", "the model finds it")] = None,
     camera: Annotated[Numbers | None, FOUR, _option("FX FY CX CY", "EXIF, else a guess")] = None,
     fov: Annotated[float | None, _option("DEG", "EXIF, else a guess")] = None,
+    size: Annotated[float | None, _option("METRES", "as usual objects")] = None,
+    depth: Annotated[float | None, _option("METRES", "as usual objects")] = None,
     model: Annotated[Path | None, _option("PATH", "the one inside r2art")] = None,
     out: Annotated[Path | None, _option("DIR", f"{DEFAULT_OUT}, with --json none")] = None,
     json: Annotated[bool, arg(help_behavior_hint="")] = False,
@@ -58,6 +60,8 @@ def predict(
         box: A box around the whole object, in pixels of the upright photo.
         camera: Focal lengths and principal point, in pixels of the upright photo.
         fov: Field of view across the photo's longer side, instead of --camera.
+        size: Longest side of the root part (a laptop's width), which fixes all lengths.
+        depth: Distance of the root part's centre along the viewing axis, instead of --size.
         model: A model that `r2art export` made.
         out: Folder for the results; it is made if need be.
         json: Print one line of JSON per image instead of a table.
@@ -68,8 +72,9 @@ def predict(
 
     from r2art.core.image import read_image
     from r2art.run.files import make_folder, result_names
-    from r2art.run.predictor import load
+    from r2art.run.predictor import check_lengths, load
 
+    check_lengths(size, depth)
     predictor = load(model)
     if category is not None:
         predictor.category(category)
@@ -83,7 +88,9 @@ def predict(
             try:
                 photo = read_image(path)
                 seen_by = _camera_of(photo, camera, fov)
-                prediction = predictor.predict(photo, seen_by, category, box)
+                prediction = predictor.predict(
+                    photo, seen_by, category, box, size=size, depth=depth
+                )
             except R2ArtError as error:
                 say("error", str(error))
                 exit_code = max(exit_code, error.exit_code)

@@ -49,6 +49,8 @@ class Category:
         areas: (P,) surface of each part (m²); each point stands for ``areas[p] / M``.
         frontal_area: ``S_wld`` of Eq. 1: mean area (m²) of the 2D box around the object,
             carried to the root's depth.
+        size_spread: Standard deviation of the logarithm of the objects' diagonals, about their
+            relative spread; 0 where it is not known.
     """
 
     name: str
@@ -60,6 +62,7 @@ class Category:
     normals: FloatArray
     areas: FloatArray
     frontal_area: float
+    size_spread: float = 0.0
 
     def __post_init__(self) -> None:
         for j, joint in enumerate(self.joints):
@@ -83,6 +86,7 @@ class Category:
             "part_names": self.part_names,
             "joints": [asdict(j) for j in self.joints],
             "frontal_area": self.frontal_area,
+            "size_spread": self.size_spread,
         }
         np.savez_compressed(
             path,
@@ -120,4 +124,5 @@ class Category:
                 normals=f["normals"],
                 areas=f["areas"],
                 frontal_area=meta["frontal_area"],
+                size_spread=meta.get("size_spread", 0.0),
             )

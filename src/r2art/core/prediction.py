@@ -6,7 +6,7 @@ field and `prediction.schema.json` beside this file is its JSON Schema.
 
 import json
 import re
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from r2art.core.camera import Camera
 from r2art.core.category import JointKind
-from r2art.core.errors import InputError
+from r2art.core.errors import InputError, UsageError
 from r2art.core.image import Box, ImageLike, Photo, read_image
 
 if TYPE_CHECKING:
@@ -27,6 +27,7 @@ FRAME = "opencv camera: x right, y down, z forward"
 UNITS = {"length": "m", "angle": "rad"}
 
 CameraSource = Literal["given", "exif", "guessed"]
+ScaleSource = Literal["prior", "size", "depth"]
 FloatArray = NDArray[np.floating]
 
 
@@ -84,6 +85,21 @@ class JointEstimate:
     pivot: FloatArray
 
 
+@dataclass(frozen=True, kw_only=True)
+class Scale:
+    """Where the metres come from, which one photo cannot tell.
+
+    Attributes:
+        source: ``"prior"``: such objects are usually so large; ``"size"``, ``"depth"``: a length
+            that the user has given.
+        spread: Of the prior: standard deviation of the sizes of such objects, relative to their
+            mean; None where it is not known or not meant.
+    """
+
+    source: ScaleSource = "prior"
+    spread: float | None = None
+
+
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Prediction:
     """The poses of all parts and the states of all joints of one object in one photo.
@@ -99,6 +115,7 @@ class Prediction:
         parts: P parts, the root first.
         joints: P - 1 joints; joint j moves part j + 1.
         warnings: What the user should know before trusting this.
+        scale: Where all lengths come from; see :meth:`scaled`.
         photo: The photo itself where no file holds it; :meth:`draw` uses it, JSON omits it.
     """
 
@@ -111,6 +128,7 @@ class Prediction:
     parts: tuple[PartEstimate, ...]
     joints: tuple[JointEstimate, ...]
     warnings: tuple[str, ...] = ()
+    scale: Scale = Scale()
     photo: Photo | None = field(default=None, repr=False)
 
     def __post_init__(self) -> None:
@@ -124,6 +142,23 @@ class Prediction:
     def joint(self, name: str) -> JointEstimate:
         """The joint called ``name``; KeyError where there is none."""
         return {j.name: j for j in self.joints}[name]
+
+    def scaled(self, factor: float, source: ScaleSource) -> "Prediction":
+        """The same photo of an object ``factor`` times as large and as far away.
+
+        It looks the same: only lengths change, no angle and no pixel.
+
+        Raises:
+            UsageError: The factor is not a positive number.
+        """
+        if not (np.isfinite(factor) and factor > 0):
+            raise UsageError(f"lengths can only be scaled by a positive number, not {factor:g}")
+        return replace(
+            self,
+            parts=tuple(_scaled_part(p, factor) for p in self.parts),
+            joints=tuple(_scaled_joint(j, factor) for j in self.joints),
+            scale=Scale(source=source),
+        )
 
     def to_dict(self) -> dict[str, Any]:
         """The prediction as JSON types, as docs/prediction.md documents them."""
@@ -169,6 +204,7 @@ class Prediction:
                 }
                 for j in self.joints
             ],
+            "scale": {"source": self.scale.source, "spread": self.scale.spread},
             "warnings": list(self.warnings),
         }
 
@@ -233,6 +269,7 @@ class Prediction:
                 for j in data["joints"]
             ),
             warnings=tuple(data["warnings"]),
+            scale=Scale(**data.get("scale", {})),
         )
 
     def draw(self, image: ImageLike | None = None) -> "Image.Image":
@@ -248,6 +285,24 @@ class Prediction:
         if source is None:
             raise InputError("this prediction knows no image file; call draw(image)")
         return draw(self, read_image(source))
+
+
+def _scaled_part(part: PartEstimate, factor: float) -> PartEstimate:
+    pose = np.array(part.cam_T_part, float)
+    pose[:3, 3] *= factor
+    center, size = factor * part.box_center, factor * part.box_size
+    return replace(part, cam_T_part=pose, box_center=center, box_size=size)
+
+
+def _scaled_joint(joint: JointEstimate, factor: float) -> JointEstimate:
+    along = factor if joint.kind == "prismatic" else 1.0
+    low, high = joint.limits
+    return replace(
+        joint,
+        state=along * joint.state,
+        limits=(along * low, along * high),
+        pivot=factor * joint.pivot,
+    )
 
 
 def _is_finite(value: Any) -> bool:

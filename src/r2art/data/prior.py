@@ -47,6 +47,7 @@ def category_prior(instances: Sequence[Instance], staging: Staging) -> Category:
         normals=normals,
         areas=areas,
         frontal_area=_frontal_area(instances, staging),
+        size_spread=_size_spread(centers, np.exp(log_sizes)),
     )
 
 
@@ -65,6 +66,12 @@ def _mean_joints(
         widest = float(limits[:, 0].min()), float(limits[:, 1].max())
         joints.append(replace(joint, pivot=(x, y, z), limits=widest))
     return tuple(joints)
+
+
+def _size_spread(centers: FloatArray, sizes: FloatArray) -> float:
+    """Standard deviation of the logarithm of the instances' diagonals at rest."""
+    lower, upper = (centers - sizes / 2).min(axis=1), (centers + sizes / 2).max(axis=1)
+    return float(np.log(np.linalg.norm(upper - lower, axis=-1)).std())
 
 
 def _surface_points(

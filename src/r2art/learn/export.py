@@ -108,6 +108,7 @@ def metadata(
     described = [
         {
             "name": c.name,
+            "size_spread": c.size_spread,
             "parts": list(c.part_names),
             "joints": [
                 {"name": j.name, "kind": j.kind, "parent": j.parent, "limits": list(j.limits)}

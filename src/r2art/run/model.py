@@ -34,11 +34,16 @@ class ModelJoint:
 
 @dataclass(frozen=True)
 class ModelCategory:
-    """A category the model knows: its parts, the root first, and its joints."""
+    """A category the model knows: its parts, the root first, and its joints.
+
+    ``size_spread`` is the relative spread of such objects' sizes, None where the file does not
+    say.
+    """
 
     name: str
     parts: tuple[str, ...]
     joints: tuple[ModelJoint, ...]
+    size_spread: float | None = None
 
     @property
     def outputs(self) -> tuple[str, ...]:
@@ -133,7 +138,8 @@ def _category(data: dict[str, Any]) -> ModelCategory:
         ModelJoint(j["name"], j["kind"], int(j["parent"]), (j["limits"][0], j["limits"][1]))
         for j in data["joints"]
     )
-    return ModelCategory(data["name"], tuple(data["parts"]), joints)
+    spread = float(data.get("size_spread", 0.0)) or None
+    return ModelCategory(data["name"], tuple(data["parts"]), joints, spread)
 
 
 def _decimal(values: NDArray[np.floating]) -> NDArray[np.floating]:

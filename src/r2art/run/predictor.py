@@ -6,6 +6,7 @@ to show it the right window of the photo, and to name what comes out. See docs/p
 
 import os
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from importlib.resources import as_file, files
 from pathlib import Path
 
@@ -15,7 +16,7 @@ from numpy.typing import NDArray
 from r2art.core.camera import Camera
 from r2art.core.errors import InputError, UsageError
 from r2art.core.image import Box, ImageLike, Photo, View, crop_square, letterbox, read_image
-from r2art.core.prediction import CameraSource, JointEstimate, PartEstimate, Prediction
+from r2art.core.prediction import CameraSource, JointEstimate, PartEstimate, Prediction, Scale
 from r2art.run.guess import best_camera, cameras
 from r2art.run.model import Model, ModelCategory
 
@@ -28,6 +29,8 @@ PLAUSIBLE_FOCAL = (0.2, 20.0)
 UNSURE_CATEGORY = 0.6
 UNSURE_PART = 0.3
 SMALL_BOX = 24  # px
+# A given size or depth that changes all lengths by more than these factors gets a warning.
+ODD_SCALE = (0.4, 2.5)
 # A box must hold at least this share of the photo within it, else it cannot be meant.
 LEAST_INSIDE = 0.1
 
@@ -75,6 +78,9 @@ class Predictor:
         camera: Camera | None = None,
         category: str | None = None,
         box: Sequence[float] | None = None,
+        *,
+        size: float | None = None,
+        depth: float | None = None,
     ) -> Prediction:
         """Estimate the pose of every part and the state of every joint of one object.
 
@@ -85,12 +91,16 @@ class Predictor:
             category: One of ``categories``; else the model says which it sees.
             box: x1 y1 x2 y2 (px) around the whole object; it may leave the photo where the
                 object does. Else the model finds it.
+            size: The longest side of the root part's box (m), if known: a laptop's width, a
+                cabinet's height. It fixes all lengths, which else are those of usual objects.
+            depth: The distance (m) of the root part's centre along the viewing axis, instead.
 
         Raises:
             InputError: The image is unreadable, or no finite answer comes of it.
             UsageError: An argument that cannot be meant.
         """
         known = None if category is None else self.category(category)
+        check_lengths(size, depth)
         photo = read_image(image)
         camera, source = choose_camera(photo, camera)
         warnings: tuple[str, ...] = ()
@@ -116,7 +126,7 @@ class Predictor:
         else:
             posed = pose(view)
         parts = _parts(known, posed)
-        return Prediction(
+        prediction = Prediction(
             image_path=None if photo.path is None else _text(photo.path),
             category=known.name,
             category_score=score,
@@ -126,8 +136,10 @@ class Predictor:
             parts=parts,
             joints=_joints(known, posed),
             warnings=warnings + _doubts(parts, box),
+            scale=Scale(spread=known.size_spread),
             photo=photo if photo.path is None else None,
         )
+        return _rescaled(prediction, size, depth)
 
     def _recognise(
         self, scores: NDArray[np.floating], wanted: ModelCategory | None
@@ -216,6 +228,35 @@ def _share_inside(box: Box, photo: Photo) -> float:
     width = max(0.0, min(x2, photo.width) - max(x1, 0))
     height = max(0.0, min(y2, photo.height) - max(y1, 0))
     return width * height / ((x2 - x1) * (y2 - y1))
+
+
+def check_lengths(size: float | None, depth: float | None) -> None:
+    """Refuse lengths that cannot be meant.
+
+    Raises:
+        UsageError: Both are given, or one is not positive.
+    """
+    if size is not None and depth is not None:
+        raise UsageError("a size and a depth both fix the scale; give one of them")
+    for name, length in (("size", size), ("depth", depth)):
+        if length is not None and not (np.isfinite(length) and length > 0):
+            raise UsageError(f"a {name} must be a positive number of metres, got {length:g}")
+
+
+def _rescaled(prediction: Prediction, size: float | None, depth: float | None) -> Prediction:
+    """The prediction with the lengths that a known one demands."""
+    root = prediction.parts[0]
+    if size is not None:
+        factor, source = size / float(np.max(root.box_size)), "size"
+    elif depth is not None:
+        factor, source = depth / float(root.cam_T_part[2, 3]), "depth"
+    else:
+        return prediction
+    scaled = prediction.scaled(factor, source)
+    if ODD_SCALE[0] < factor < ODD_SCALE[1]:
+        return scaled
+    doubt = f"the given {source} makes the object {factor:.2g} times as large as expected; metres?"
+    return replace(scaled, warnings=(*scaled.warnings, doubt))
 
 
 def _finite(outputs: Outputs) -> Outputs:
