@@ -5,9 +5,18 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import trimesh
+import warp as wp
 
 from r2art.core.camera import Camera
-from r2art.data.render import GAMMA, Light, Scene, diffuse_environment, render, render_labels
+from r2art.data.render import (
+    GAMMA,
+    Light,
+    Scene,
+    diffuse_environment,
+    render,
+    render_labels,
+    render_silhouettes,
+)
 from r2art.data.shape import Material, Surface
 
 BLACK = np.zeros((8, 16, 3))
@@ -153,6 +162,48 @@ def test_whole_silhouettes_hold_the_visible_ones():
         assert np.all(whole[seen] == label)
         hidden = np.count_nonzero(whole) - np.count_nonzero(seen)
         assert (hidden == 0) == (label == 2)  # only the one in front shows all of itself
+
+
+@pytest.mark.parametrize("camera", CAMERAS, ids=["plain", "wide pixels", "off centre"])
+def test_silhouettes_are_what_each_group_shows_alone(camera):
+    surfaces = shaded().surfaces
+    bits = render_silhouettes([[s] for s in surfaces], camera)
+    for k, surface in enumerate(surfaces):
+        alone = render_labels([surface], [1], camera) == 1
+        assert alone.any()
+        np.testing.assert_array_equal((bits >> k & 1).astype(bool), alone)
+    together = render_silhouettes([surfaces], camera)
+    np.testing.assert_array_equal(together > 0, bits > 0)
+
+
+def test_a_floor_that_reaches_behind_the_camera_ends_at_the_horizon():
+    camera, y = CAMERAS[0], 0.3
+    floor = quad([(-50, y, -50), (50, y, -50), (50, y, 50), (-50, y, 50)])
+    frame = render(scene(floor), camera)
+    down = rays(camera)[..., 1]
+    below = down > y / 45
+    assert np.all(frame.label[below] == 1)
+    assert np.all(frame.label[down <= 0] == 0)
+    np.testing.assert_allclose(frame.depth[below], y / down[below], rtol=1e-4)
+    np.testing.assert_array_equal(render_labels([floor], [1], camera), frame.label)
+
+
+def test_faces_beside_and_behind_the_camera_are_not_seen():
+    behind = [facing(-1, -1, 1, 1, -1), facing(3, -1, 4, 1, 1)]
+    assert not render_silhouettes([behind], CAMERAS[0]).any()
+    assert not render(scene(*behind), CAMERAS[0]).label.any()
+
+
+@pytest.mark.skipif(not wp.is_cuda_available(), reason="Warp finds no CUDA device")
+def test_cpu_and_cuda_see_the_same():
+    cpu, cuda = (render(shaded(), CAMERAS[0], device=d) for d in ("cpu", "cuda"))
+    assert np.mean(cpu.label != cuda.label) < 1e-3
+    same = cpu.label == cuda.label
+    np.testing.assert_allclose(cpu.depth[same], cuda.depth[same], rtol=1e-3)
+    assert np.abs(cpu.rgb - cuda.rgb)[same].mean() < 0.02
+    groups = [[s] for s in shaded().surfaces]
+    masks = [render_silhouettes(groups, CAMERAS[0], device=d) for d in ("cpu", "cuda")]
+    assert np.mean(masks[0] != masks[1]) < 1e-3
 
 
 def test_a_surface_turned_away_from_the_only_light_is_black():

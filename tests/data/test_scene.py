@@ -11,7 +11,7 @@ from r2art.data.categories import CATEGORIES, make_instance, staging
 from r2art.data.pose import posed_vertices, root_T_part, transformed
 from r2art.data.render import render_labels
 from r2art.data.sample import BACKDROP, Sample
-from r2art.data.scene import make_sample
+from r2art.data.scene import LEAST_SEEN, make_sample
 from r2art.data.shape import Instance
 from r2art.data.staging import Staging, View, facing_rotation, place_object
 from r2art.data.surroundings import Surroundings
@@ -147,12 +147,15 @@ def test_points_of_a_part_project_into_its_silhouette(photos):
             moved = [transformed(s, sample.cam_T_part[part]) for s in surfaces]
             whole = render_labels(moved, [1] * len(moved), sample.camera) > 0
             assert np.all(whole[sample.mask == part + 1])
-            corners = np.concatenate([s.vertices[s.faces].mean(axis=1) for s in moved])
-            pixel = np.floor(sample.camera.project(corners)).astype(int)
+            faces = np.concatenate([s.vertices[s.faces] for s in moved])
+            pixel = np.floor(sample.camera.project(faces.mean(axis=1))).astype(int)
             inside = np.all((pixel >= 1) & (pixel < SIZE - 1), axis=1)
             u, v = pixel[inside].T
             near = np.max([whole[v + a, u + b] for a in (-1, 0, 1) for b in (-1, 0, 1)], axis=0)
-            assert near.mean() > 0.98
+            area = np.linalg.norm(
+                np.cross(faces[:, 1] - faces[:, 0], faces[:, 2] - faces[:, 0]), axis=1
+            )[inside]  # what is thinner than a pixel may slip between rays, but it is small
+            assert near @ area >= 0.98 * area.sum()
 
 
 def test_the_visible_share_is_that_of_the_whole_silhouette(photos):
@@ -165,9 +168,30 @@ def test_the_visible_share_is_that_of_the_whole_silhouette(photos):
             if whole > 400:
                 share = np.count_nonzero(sample.mask == part + 1) / whole
                 shares.append(share)
-                assert sample.visible[part] == pytest.approx(share, abs=0.12)
+                assert sample.visible[part] == pytest.approx(share, abs=0.01)
     assert min(shares) < 0.5
     assert max(shares) > 0.95
+
+
+def test_whole_silhouettes_are_those_of_the_parts_alone(photos):
+    for instance, sample in photos:
+        assert sample.amodal.dtype == np.uint16
+        assert sample.amodal.max() < 1 << len(instance.parts)
+        for part, surfaces in enumerate(instance.parts):
+            moved = [transformed(s, sample.cam_T_part[part]) for s in surfaces]
+            alone = render_labels(moved, [1] * len(moved), sample.camera) == 1
+            whole = (sample.amodal >> part & 1).astype(bool)
+            assert np.all(whole[sample.mask == part + 1])
+            assert np.count_nonzero(whole != alone) <= 2 + 0.002 * np.count_nonzero(alone)
+
+
+def test_a_good_part_of_every_object_is_seen(photos):
+    shares = []
+    for _, sample in photos:
+        seen = np.count_nonzero((sample.mask > 0) & (sample.mask != BACKDROP))
+        shares.append(seen / np.count_nonzero(sample.amodal))
+    assert min(shares) >= LEAST_SEEN
+    assert np.mean(np.array(shares) < 0.95) > 0.05  # and some are partly hidden
 
 
 def test_labels_keep_their_promises(photos):
@@ -186,7 +210,7 @@ def test_labels_keep_their_promises(photos):
         expected = root_T_part(instance.joints, sample.joint_state)
         np.testing.assert_allclose(relative, expected, atol=1e-9)
         assert sample.image.shape == (SIZE, SIZE, 3)
-        assert sample.image.std() > 5
+        assert sample.image.std() > 3
 
 
 def test_a_photo_can_be_made_again_to_the_byte(photos):

@@ -1,10 +1,11 @@
 """A small ray tracer on NVIDIA Warp: colour, part labels and depth of a scene.
 
 One kernel source serves CPU and CUDA, from a pip wheel alone. Shading: soft-shadowed
-directional lights with GGX highlights, image-based ambient light with one occlusion ray, and
-environment reflections. Everything is given in the camera frame (OpenCV axes, metres).
-Labels and depth come from the ray through the pixel's centre only; colour is refined with
-more rays only where neighbouring pixels differ. Bit-identical for the same scene and seed.
+directional lights with GGX highlights, image-based ambient light with one occlusion ray in
+every second pixel, and environment reflections. Everything is given in the camera frame (OpenCV
+axes, metres). Labels and depth are those of the rays through the pixels' centres, found by filling
+faces; colour is refined with more rays only where neighbouring pixels differ. Bit-identical for
+the same scene and seed.
 """
 
 from collections.abc import Sequence
@@ -16,7 +17,7 @@ import warp as wp
 from numpy.typing import NDArray
 
 from r2art.core.camera import Camera
-from r2art.data import tracing
+from r2art.data import filling_faces, tracing
 from r2art.data.shading import Geometry, Lighting, Materials
 from r2art.data.shape import Surface
 
@@ -25,7 +26,8 @@ FloatArray = NDArray[np.floating]
 wp.config.log_level = wp.LOG_WARNING
 
 GAMMA = 2.2
-_TO_LINEAR = ((np.arange(256) / 255) ** GAMMA).astype(np.float32)
+TO_LINEAR = ((np.arange(256) / 255) ** GAMMA).astype(np.float32)
+"""Linear radiance of the 256 values of an sRGB channel."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -48,6 +50,7 @@ class Scene:
         environment: (h, w, 3) linear radiance around the scene, latitude-longitude, y up.
         world_R_cam: (3, 3) rotation from the camera frame to the environment's frame.
         show_environment: Whether rays that miss everything see it, or black.
+        diffuse: The environment's `diffuse_environment`, where it is known already.
     """
 
     surfaces: Sequence[Surface]
@@ -56,6 +59,7 @@ class Scene:
     environment: FloatArray
     world_R_cam: FloatArray
     show_environment: bool = True
+    diffuse: FloatArray | None = None
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -91,9 +95,13 @@ def _per_face(surfaces: Sequence[Surface], values: Sequence[int]) -> NDArray[np.
 def _mesh(surfaces: Sequence[Surface], device: str) -> wp.Mesh:
     vertices, faces = _merge(surfaces)
     return wp.Mesh(
-        points=wp.array(vertices, dtype=wp.vec3, device=device),
-        indices=wp.array(faces, dtype=wp.int32, device=device),
+        points=_array(vertices, wp.vec3, device), indices=_array(faces, wp.int32, device)
     )
+
+
+def _array(values: NDArray[Any], dtype: Any, device: str) -> wp.array:
+    """On the device; without a copy where that is the CPU."""
+    return wp.array(values, dtype=dtype, device=device, copy=False)
 
 
 def _geometry(scene: Scene, mesh: wp.Mesh, device: str) -> Any:
@@ -102,23 +110,23 @@ def _geometry(scene: Scene, mesh: wp.Mesh, device: str) -> Any:
     g.faces = mesh.indices
     normals = np.concatenate([s.normals for s in scene.surfaces]).astype(np.float32)
     uv = np.concatenate([s.uv for s in scene.surfaces]).astype(np.float32)
-    g.normals = wp.array(normals, dtype=wp.vec3, device=device)
-    g.uv = wp.array(uv, dtype=wp.vec2, device=device)
+    g.normals = _array(normals, wp.vec3, device)
+    g.uv = _array(uv, wp.vec2, device)
     ids = range(len(scene.surfaces))
-    g.face_material = wp.array(_per_face(scene.surfaces, list(ids)), dtype=wp.int32, device=device)
-    g.face_label = wp.array(_per_face(scene.surfaces, scene.labels), dtype=wp.int32, device=device)
+    g.face_material = _array(_per_face(scene.surfaces, list(ids)), wp.int32, device)
+    g.face_label = _array(_per_face(scene.surfaces, scene.labels), wp.int32, device)
     return g
 
 
 def _materials(scene: Scene, device: str) -> Any:
     looks = [s.material for s in scene.surfaces]
     place: dict[int, tuple[int, int, int]] = {}
-    texels = [np.zeros((1, 3), np.float32)]
+    texels = [np.zeros((1, 3), np.uint8)]
     count = 1
     for t in (x.texture for x in looks):
         if t is not None and id(t) not in place:
             place[id(t)] = (count, t.shape[1], t.shape[0])
-            texels.append(_TO_LINEAR[t.reshape(-1, 3)])
+            texels.append(t.reshape(-1, 3))
             count += t.shape[0] * t.shape[1]
     m = Materials()
     color = np.array([x.color for x in looks], np.float32) ** GAMMA
@@ -128,10 +136,11 @@ def _materials(scene: Scene, device: str) -> Any:
     texture = np.array(
         [(0, 0, 0) if x.texture is None else place[id(x.texture)] for x in looks], np.int32
     )
-    m.color = wp.array(color, dtype=wp.vec3, device=device)
-    m.surface = wp.array(surface, dtype=wp.vec3, device=device)
-    m.texture = wp.array(texture, dtype=wp.vec3i, device=device)
-    m.texels = wp.array(np.concatenate(texels), dtype=wp.vec3, device=device)
+    m.color = _array(color, wp.vec3, device)
+    m.surface = _array(surface, wp.vec3, device)
+    m.texture = _array(texture, wp.vec3i, device)
+    m.texels = _array(np.concatenate(texels), wp.vec3ub, device)
+    m.linear = _array(TO_LINEAR, wp.float32, device)
     return m
 
 
@@ -162,12 +171,13 @@ def _lighting(scene: Scene, device: str) -> Any:
     direction = np.array([x.direction for x in scene.lights], np.float32).reshape(-1, 3)
     color = np.array([x.color for x in scene.lights], np.float32).reshape(-1, 3)
     radius = np.array([x.radius for x in scene.lights], np.float32)
-    light.direction = wp.array(direction, dtype=wp.vec3, device=device)
-    light.color = wp.array(color, dtype=wp.vec3, device=device)
-    light.radius = wp.array(radius, dtype=wp.float32, device=device)
+    light.direction = _array(direction, wp.vec3, device)
+    light.color = _array(color, wp.vec3, device)
+    light.radius = _array(radius, wp.float32, device)
     sharp = np.ascontiguousarray(scene.environment, np.float32)
-    light.sharp = wp.array(sharp, dtype=wp.vec3, device=device)
-    light.diffuse = wp.array(diffuse_environment(sharp), dtype=wp.vec3, device=device)
+    light.sharp = _array(sharp, wp.vec3, device)
+    ambient = diffuse_environment(sharp) if scene.diffuse is None else scene.diffuse
+    light.diffuse = _array(ambient.astype(np.float32), wp.vec3, device)
     light.world_R_cam = wp.mat33(np.asarray(scene.world_R_cam, np.float32))
     light.behind = float(scene.show_environment)
     return light
@@ -207,7 +217,7 @@ def render(
         _geometry(scene, mesh, device),
         _materials(scene, device),
         _lighting(scene, device),
-        wp.vec4(camera.fx, camera.fy, camera.cx, camera.cy),
+        _intrinsics(camera),
     ]
     rgb = wp.zeros(size, dtype=wp.vec3, device=device)
     ambient = wp.zeros(size, dtype=wp.vec3, device=device)
@@ -216,13 +226,14 @@ def render(
     coverage = wp.zeros(size, dtype=wp.float32, device=device)
     label = wp.zeros(size, dtype=wp.uint8, device=device)
     depth = wp.zeros(size, dtype=wp.float32, device=device)
+    nearest = _nearest(mesh.points, mesh.indices, camera, device)
     centers = [rgb, ambient, openness, coverage, label, depth]
-    wp.launch(tracing.trace_centers, size, [*inputs, seed], centers, device=device)
+    wp.launch(tracing.shade_centers, size, [*inputs, seed, nearest], centers, device=device)
     surface = [ambient, openness, label, depth]
     wp.launch(tracing.add_ambient, size, surface, [rgb, smooth], device=device)
     if refine_rays > 0:
-        busy = _busy_pixels(_copied(rgb), _copied(label), threshold=0.1)
-        pixels = wp.array(busy, dtype=wp.vec2i, device=device)
+        busy = _busy_pixels(_copied(rgb), _copied(label), threshold=0.15)
+        pixels = _array(busy, wp.vec2i, device)
         finer = [*inputs, seed + 7, refine_rays, pixels, smooth]
         wp.launch(tracing.refine, len(busy), finer, [rgb, coverage], device=device)
     return Frame(
@@ -233,13 +244,48 @@ def render(
 def render_labels(
     surfaces: Sequence[Surface], labels: Sequence[int], camera: Camera, device: str = "cpu"
 ) -> NDArray[np.uint8]:
-    """(H, W) labels of the given surfaces alone: amodal masks, whatever stands before them."""
-    mesh = _mesh(surfaces, device)
-    out = wp.zeros((camera.height, camera.width), dtype=wp.uint8, device=device)
-    face_label = wp.array(_per_face(surfaces, labels), dtype=wp.int32, device=device)
-    k = wp.vec4(camera.fx, camera.fy, camera.cx, camera.cy)
-    wp.launch(tracing.trace_labels, out.shape, [mesh.id, face_label, k], [out], device=device)
+    """(H, W) labels of the given surfaces alone, 0 where none is seen; as in `render`."""
+    vertices, faces = _merge(surfaces)
+    indices = _array(faces, wp.int32, device)
+    nearest = _nearest(_array(vertices, wp.vec3, device), indices, camera, device)
+    face_label = _array(_per_face(surfaces, labels), wp.int32, device)
+    out = wp.zeros(nearest.shape, dtype=wp.uint8, device=device)
+    wp.launch(filling_faces.labels_of, out.shape, [nearest, face_label], [out], device=device)
     return _copied(out)
+
+
+def render_silhouettes(
+    groups: Sequence[Sequence[Surface]], camera: Camera, device: str = "cpu"
+) -> NDArray[np.uint16]:
+    """(H, W) whole silhouettes of up to 16 groups of surfaces.
+
+    Bit k is set where group k would be seen if it were alone: amodal masks.
+    """
+    surfaces = [s for group in groups for s in group]
+    vertices, faces = _merge(surfaces)
+    bits = _per_face(surfaces, [1 << k for k, group in enumerate(groups) for _ in group])
+    out = wp.zeros((camera.height, camera.width), dtype=wp.int32, device=device)
+    inputs = [
+        _array(vertices, wp.vec3, device),
+        _array(faces, wp.int32, device),
+        _array(bits, wp.int32, device),
+        _intrinsics(camera),
+    ]
+    wp.launch(filling_faces.silhouettes, len(bits), inputs, [out], device=device)
+    return out.numpy().astype(np.uint16)
+
+
+def _intrinsics(camera: Camera) -> wp.vec4:
+    return wp.vec4(camera.fx, camera.fy, camera.cx, camera.cy)
+
+
+def _nearest(points: wp.array, indices: wp.array, camera: Camera, device: str) -> wp.array:
+    """What is seen in each pixel, see `filling_faces.nearest_faces`."""
+    size = (camera.height, camera.width)
+    out = wp.full(size, filling_faces.NOTHING, dtype=wp.uint64, device=device)
+    inputs = [points, indices, _intrinsics(camera)]
+    wp.launch(filling_faces.nearest_faces, len(indices) // 3, inputs, [out], device=device)
+    return out
 
 
 def _copied(array: wp.array) -> NDArray[Any]:

@@ -1,21 +1,22 @@
-"""What stands around an object: light, background photos, a table or floor, walls, clutter.
+"""What surrounds an object: files to draw from, materials, backdrops, things that stand about.
 
 Everything works without any file; a folder of photos (``.jpg``, ``.png``), light probes
 (``.hdr``) and textures (pictures in a folder whose name contains "texture") adds variety.
 """
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import lru_cache
 from pathlib import Path
 
 import numpy as np
-import trimesh
 from numpy.typing import NDArray
 from PIL import Image
 
 from r2art.core.errors import InputError
-from r2art.data.render import GAMMA, Light
+from r2art.data.render import TO_LINEAR
 from r2art.data.shape import Material, Surface
+from r2art.data.staging import about
+from r2art.data.things import UP, some_thing
 
 FloatArray = NDArray[np.floating]
 PICTURES = {".jpg", ".jpeg", ".png"}
@@ -57,42 +58,6 @@ def read_picture(path: Path, longest: int = 512) -> NDArray[np.uint8]:
     return np.asarray(rgb)
 
 
-@lru_cache(maxsize=32)
-def read_probe(path: Path) -> FloatArray:
-    """A Radiance ``.hdr`` light probe as (H, W, 3) float32, mean radiance 1."""
-    data = path.read_bytes()
-    header, _, rest = data.partition(b"\n\n")
-    size, _, body = rest.partition(b"\n")
-    words = size.split()
-    if b"32-bit_rle_rgbe" not in header or len(words) != 4 or words[0] != b"-Y":
-        raise InputError(f"{path} is not a -Y +X Radiance RGBE file; convert it to .hdr")
-    height, width = int(words[1]), int(words[3])
-    rgbe = _decode_rgbe(np.frombuffer(body, np.uint8), height, width).astype(np.float32)
-    radiance = rgbe[..., :3] * np.exp2(rgbe[..., 3:] - 136.0)
-    # A sun of a few pixels would only make fireflies; the scene's own lights cast the shadows.
-    radiance = np.minimum(radiance, 20 * np.median(radiance) + 1e-6)
-    return radiance / radiance.mean()
-
-
-def _decode_rgbe(data: NDArray[np.uint8], height: int, width: int) -> NDArray[np.uint8]:
-    """New-style run-length decoding: per scan line, four planes of runs and literals."""
-    out = np.empty((height, 4, width), np.uint8)
-    i = 0
-    for row in out:
-        i += 4
-        for plane in row:
-            x = 0
-            while x < width:
-                n = int(data[i])
-                if n > 128:
-                    plane[x : x + n - 128] = data[i + 1]
-                    i, x = i + 2, x + n - 128
-                else:
-                    plane[x : x + n] = data[i + 1 : i + 1 + n]
-                    i, x = i + 1 + n, x + n
-    return out.transpose(0, 2, 1)
-
-
 def noise_picture(rng: np.random.Generator, size: int = 128) -> NDArray[np.uint8]:
     """(size, size, 3) smooth random pattern between two or three random colours."""
     value = np.zeros((size, size))
@@ -121,42 +86,6 @@ def picture_or_noise(rng: np.random.Generator, files: tuple[Path, ...]) -> NDArr
     if files:
         return read_picture(files[rng.integers(len(files))])
     return noise_picture(rng)
-
-
-def environment(rng: np.random.Generator, probes: tuple[Path, ...]) -> tuple[FloatArray, bool]:
-    """Radiance around the scene, (h, w, 3), and whether it may serve as a backdrop."""
-    if probes and rng.random() < 0.4:
-        probe = read_probe(probes[rng.integers(len(probes))])
-        return np.roll(probe, rng.integers(probe.shape[1]), axis=1), True
-    height = 32
-    stops = random_color(rng, 3) * np.array([[1.6], [1.0], [0.5]]) * rng.uniform(0.6, 1.4)
-    up = np.linspace(1, -1, height)
-    sky = np.stack([np.interp(up, (-1, 0, 1), stops[::-1, c]) for c in range(3)], axis=-1)
-    sky = np.repeat(sky[:, None], 2 * height, axis=1)
-    for _ in range(rng.integers(0, 4)):  # windows and soft boxes, to be mirrored
-        y, x = rng.integers(0, height // 2), rng.integers(0, 2 * height)
-        h, w = rng.integers(2, 8, 2)
-        sky[y : y + h, x : x + w] += rng.uniform(1, 4)
-    return sky.astype(np.float32), False
-
-
-def lights(rng: np.random.Generator, cam_R_world: FloatArray) -> tuple[Light, ...]:
-    """One or two lamps above the object, directions in the camera frame."""
-    out = []
-    for strength in (rng.uniform(0.5, 4), rng.uniform(0.2, 1.5))[: rng.integers(1, 3)]:
-        azimuth, height = rng.uniform(-np.pi, np.pi), rng.uniform(0.2, 1.45)
-        world = np.array(
-            [np.cos(height) * np.sin(azimuth), np.sin(height), np.cos(height) * np.cos(azimuth)]
-        )
-        tint = 1 + rng.uniform(-0.15, 0.15) * np.array([1, 0, -1])
-        out.append(
-            Light(
-                direction=tuple(cam_R_world @ world),
-                color=tuple(strength * tint),
-                radius=float(rng.uniform(0.01, 0.15)),
-            )
-        )
-    return tuple(out)
 
 
 def backdrop(
@@ -189,7 +118,8 @@ def plain_backdrop(rng: np.random.Generator, height: int, width: int) -> NDArray
     return (255 * (first * (1 - ramp) + second * ramp)).astype(np.uint8)
 
 
-def _material(rng: np.random.Generator, files: Surroundings) -> Material:
+def some_material(rng: np.random.Generator, files: Surroundings) -> Material:
+    """Plain, or with a texture, a photo or a pattern on it."""
     kind = rng.random()
     texture = None
     if kind < 0.45:
@@ -202,73 +132,26 @@ def _material(rng: np.random.Generator, files: Surroundings) -> Material:
     return Material(color=tuple(tint), roughness=float(rng.uniform(0.25, 1)), texture=texture)
 
 
-def _quad(corners: FloatArray, material: Material, repeat: float) -> Surface:
-    normal = np.cross(corners[1] - corners[0], corners[3] - corners[0])
-    uv = np.array([[0, 0], [1, 0], [1, 1], [0, 1]]) * repeat
-    return Surface(
-        vertices=corners,
-        faces=np.array([[0, 1, 2], [0, 2, 3]]),
-        normals=np.tile(normal / np.linalg.norm(normal), (4, 1)),
-        uv=uv,
-        material=material,
-    )
-
-
-def ground(
-    rng: np.random.Generator, lower: FloatArray, upper: FloatArray, files: Surroundings
-) -> list[Surface]:
-    """A table or floor under the box (``lower``, ``upper``), sometimes with a wall behind it."""
-    center = (lower + upper) / 2
-    size = float(np.linalg.norm(upper - lower))
-    reach = size * (rng.uniform(0.6, 1.5, 4) if rng.random() < 0.5 else rng.uniform(3, 12, 4))
-    left, right = center[0] - reach[0], center[0] + reach[1]
-    back, front = center[2] - reach[2], center[2] + reach[3]
-    wall = rng.random() < 0.3
-    if wall:
-        back = min(back, lower[2] - 0.02)
-        back = lower[2] - rng.uniform(0.02, 0.6) if rng.random() < 0.7 else back
-    y = lower[1] - 1e-4
-    repeat = float(rng.uniform(1, 4)) * reach.mean() / (2 * size) + 0.3
-    corners = np.array([[left, y, front], [right, y, front], [right, y, back], [left, y, back]])
-    surfaces = [_quad(corners, _material(rng, files), repeat)]
-    if wall:
-        top = y + 4 * size
-        corners = np.array(
-            [[left, y, back], [right, y, back], [right, top, back], [left, top, back]]
-        )
-        surfaces.append(_quad(corners, _material(rng, files), repeat))
-    return surfaces
-
-
 def thing(
     rng: np.random.Generator, center: FloatArray, size: float, files: Surroundings
 ) -> Surface:
-    """A box, can, ball or slab of about ``size`` (m), turned at random about the vertical."""
-    shape = rng.integers(4)
-    extents = size * rng.uniform(0.4, 1, 3)
-    if shape == 0:
-        mesh = trimesh.creation.box(extents)
-    elif shape == 1:
-        mesh = trimesh.creation.cylinder(extents[0] / 2, extents[1], sections=24)
-    elif shape == 2:
-        mesh = trimesh.creation.icosphere(2, size / 2)
-    else:
-        mesh = trimesh.creation.box(extents * np.array([1, 0.15, 1]))
-    angle = rng.uniform(0, 2 * np.pi)
-    turn = trimesh.transformations.rotation_matrix(angle, [0, 1, 0])
-    if rng.random() < 0.4:
-        turn = turn @ trimesh.transformations.random_rotation_matrix(rng.random(3))
-    mesh.apply_transform(turn)
-    corners = mesh.triangles.reshape(-1, 3)
-    smooth = shape == 2
-    normals = mesh.vertex_normals[mesh.faces.ravel()] if smooth else mesh.face_normals.repeat(3, 0)
-    return Surface(
-        vertices=corners + center,
-        faces=np.arange(len(corners)).reshape(-1, 3),
-        normals=np.array(normals),
-        uv=(corners[:, :2] + corners[:, 1:]) / size,
-        material=_material(rng, files),
-    )
+    """Something of about ``size`` (m) around ``center``, turned about the vertical or anyhow."""
+    surface = some_thing(rng, some_material(rng, files))
+    lower, upper = surface.vertices.min(axis=0), surface.vertices.max(axis=0)
+    R = about(UP, rng.uniform(0, 2 * np.pi))
+    if rng.random() < 0.3:
+        R = R @ about(0, rng.uniform(0, 2 * np.pi)) @ about(2, rng.uniform(0, 2 * np.pi))
+    unit = (surface.vertices - (lower + upper) / 2) / (upper - lower).max()
+    return replace(surface, vertices=size * unit @ R.T + center, normals=surface.normals @ R.T)
+
+
+def standing_thing(
+    rng: np.random.Generator, foot: FloatArray, size: float, files: Surroundings
+) -> Surface:
+    """Something of about ``size`` (m) that stands on the point ``foot``."""
+    moved = thing(rng, np.zeros(3), size, files)
+    rise = foot - np.array([0, moved.vertices[:, UP].min(), 0])
+    return replace(moved, vertices=moved.vertices + rise)
 
 
 def clutter(
@@ -282,11 +165,11 @@ def clutter(
         angle = rng.uniform(0, 2 * np.pi)
         far = size * rng.uniform(0.55, 1.2) + extent / 2
         place = (lower + upper) / 2 + far * np.array([np.sin(angle), 0, np.cos(angle)])
-        place[1] = lower[1] + extent * 0.4
-        out.append(thing(rng, place, extent, files))
+        place[UP] = lower[UP]
+        out.append(standing_thing(rng, place, extent, files))
     return out
 
 
 def linear(picture: NDArray[np.uint8]) -> FloatArray:
     """sRGB bytes to linear radiance in [0, 1]."""
-    return (picture / 255.0) ** GAMMA
+    return TO_LINEAR[picture]

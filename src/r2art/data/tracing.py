@@ -1,4 +1,4 @@
-"""The ray tracer's kernels: camera rays, ambient light, finer rays, labels alone."""
+"""The ray tracer's kernels: what camera rays see, ambient light, finer rays, labels."""
 
 # pyright: reportArgumentType=false, reportAssignmentType=false, reportAttributeAccessIssue=false
 # pyright: reportCallIssue=false, reportGeneralTypeIssues=false, reportInvalidTypeForm=false
@@ -7,9 +7,12 @@
 
 import warp as wp
 
-from r2art.data.shading import FAR, Geometry, Lighting, Materials, environment, shade
+from r2art.data.filling_faces import NOTHING, face_of
+from r2art.data.shading import FAR, Geometry, Hit, Lighting, Materials, environment, shade
 
 wp.set_module_options({"fast_math": True, "enable_backward": False})
+
+UNKNOWN = wp.constant(-1.0)  # openness where no ray has probed it
 
 
 @wp.func
@@ -18,13 +21,34 @@ def ray(k: wp.vec4, x: float, y: float):
     return wp.normalize(wp.vec3((x - k[2]) / k[0], (y - k[3]) / k[1], 1.0))
 
 
+@wp.func
+def hit_by(g: Geometry, face: int, d: wp.vec3):
+    """Where a ray from the origin meets the plane of a face."""
+    mesh = wp.mesh_get(g.mesh)
+    a = mesh.points[g.faces[3 * face]]
+    ab = mesh.points[g.faces[3 * face + 1]] - a
+    ac = mesh.points[g.faces[3 * face + 2]] - a
+    n = wp.cross(ab, ac)
+    hit = Hit()
+    hit.face = face
+    hit.normal = wp.normalize(n)
+    hit.t = wp.dot(n, a) / wp.dot(n, d)
+    p = d * hit.t - a
+    scale = 1.0 / wp.dot(n, n)
+    hit.v = wp.dot(wp.cross(p, ac), n) * scale
+    hit.w = wp.dot(wp.cross(ab, p), n) * scale
+    hit.u = 1.0 - hit.v - hit.w
+    return hit
+
+
 @wp.kernel
-def trace_centers(
+def shade_centers(
     g: Geometry,
     m: Materials,
     light: Lighting,
     k: wp.vec4,
     seed: int,
+    nearest: wp.array2d(dtype=wp.uint64),
     rgb: wp.array2d(dtype=wp.vec3),
     ambient: wp.array2d(dtype=wp.vec3),
     openness: wp.array2d(dtype=wp.float32),
@@ -32,21 +56,24 @@ def trace_centers(
     label: wp.array2d(dtype=wp.uint8),
     depth: wp.array2d(dtype=wp.float32),
 ):
-    """Shade, label and measure what the ray through each pixel's centre hits."""
+    """Shade, label and measure what the ray through each pixel's centre hits first."""
     y, x = wp.tid()
     rng = wp.rand_init(seed, y * label.shape[1] + x)
     d = ray(k, float(x) + 0.5, float(y) + 0.5)
-    q = wp.mesh_query_ray(g.mesh, wp.vec3(), d, FAR)
-    if q.result:
-        color, near, open_sky = shade(g, m, light, d, q, -1.0, rng)
+    openness[y, x] = UNKNOWN
+    if nearest[y, x] != NOTHING:
+        hit = hit_by(g, face_of(nearest[y, x]), d)
+        probe = wp.where((x + y) % 2 == 0, UNKNOWN, 1.0)
+        color, near, open_sky = shade(g, m, light, d, hit, probe, rng)
         rgb[y, x] = color
         ambient[y, x] = near
-        openness[y, x] = open_sky
+        if probe < 0.0:
+            openness[y, x] = open_sky
         coverage[y, x] = 1.0
-        label[y, x] = wp.uint8(g.face_label[q.face])
-        depth[y, x] = q.t * d[2]
-    else:
-        rgb[y, x] = environment(light.sharp, light.world_R_cam, d) * light.behind
+        label[y, x] = wp.uint8(g.face_label[hit.face])
+        depth[y, x] = hit.t * d[2]
+    elif light.behind > 0.0:
+        rgb[y, x] = environment(light.sharp, light.world_R_cam, d)
 
 
 @wp.kernel
@@ -64,15 +91,20 @@ def add_ambient(
         total = float(0.0)  # noqa: UP018 (a literal would be constant in the loop)
         count = float(0.0)  # noqa: UP018
         for dy in range(-3, 4):
-            for dx in range(-3, 4):
-                v = wp.clamp(y + dy, 0, label.shape[0] - 1)
+            v = wp.clamp(y + dy, 0, label.shape[0] - 1)
+            for i in range(4):  # every second pixel has been probed
+                dx = 2 * i - 3 + (x + y + dy + 1) % 2
                 u = wp.clamp(x + dx, 0, label.shape[1] - 1)
                 near = wp.abs(depth[v, u] - depth[y, x]) < 0.03 * depth[y, x]
-                if near and label[v, u] == label[y, x]:
+                if near and openness[v, u] >= 0.0 and label[v, u] == label[y, x]:
                     total += openness[v, u]
                     count += 1.0
-        smooth[y, x] = total / count
-        rgb[y, x] += ambient[y, x] * (total / count)
+        if count > 0.0:
+            total /= count
+        else:
+            total = 1.0
+        smooth[y, x] = total
+        rgb[y, x] += ambient[y, x] * total
     else:
         smooth[y, x] = 1.0
 
@@ -102,24 +134,11 @@ def refine(
         q = wp.mesh_query_ray(g.mesh, wp.vec3(), d, FAR)
         if q.result:
             open_sky = openness[y, x]
-            lit, near, _ = shade(g, m, light, d, q, open_sky, wp.rand_init(seed + s + 1, i))
+            hit = Hit(q.face, q.t, q.u, q.v, 1.0 - q.u - q.v, q.normal)
+            lit, near, _ = shade(g, m, light, d, hit, open_sky, wp.rand_init(seed + s + 1, i))
             color += lit + near * open_sky
             covered += 1.0
-        else:
-            color += environment(light.sharp, light.world_R_cam, d) * light.behind
+        elif light.behind > 0.0:
+            color += environment(light.sharp, light.world_R_cam, d)
     rgb[y, x] = color / float(rays + 1)
     coverage[y, x] = covered / float(rays + 1)
-
-
-@wp.kernel
-def trace_labels(
-    mesh: wp.uint64,
-    face_label: wp.array(dtype=wp.int32),
-    k: wp.vec4,
-    label: wp.array2d(dtype=wp.uint8),
-):
-    """Label what the ray through each pixel's centre hits, and nothing else."""
-    y, x = wp.tid()
-    q = wp.mesh_query_ray(mesh, wp.vec3(), ray(k, float(x) + 0.5, float(y) + 0.5), FAR)
-    if q.result:
-        label[y, x] = wp.uint8(face_label[q.face])
