@@ -7,10 +7,14 @@ Run from the repository's root after `pip install -e '.[train]'`:
 Every picture is an object of the project's own generators, under its true pose. With `--examples`
 it renders the example photos anew; with `--photos` it draws what the shipped model says about them
 (docs/images/prediction.jpg); with `--sheets` it draws 30 instances and 12 photos per category.
+With `--urdf PATH --name NAME` it draws all of that of a model:
+
+    python docs/make_pictures.py --urdf panda_arm_hand.urdf --name panda --fix 'panda_finger_joint*'
 """
 
 import argparse
-from dataclasses import replace
+from collections.abc import Callable
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -20,7 +24,9 @@ import r2art
 from r2art.core.image import read_image
 from r2art.core.prediction import Prediction
 from r2art.data.categories import CATEGORIES, make_instance, staging
-from r2art.data.objects import Procedural, instance_seed
+from r2art.data.models.build import Reading
+from r2art.data.models.imported import imported
+from r2art.data.objects import Objects, Procedural, instance_seed
 from r2art.data.pose import posed_vertices, root_T_part, transformed
 from r2art.data.prior import category_prior
 from r2art.data.render import GAMMA, Light, Scene, render
@@ -35,8 +41,39 @@ from r2art.learn.scores import truth
 ROOT = Path(__file__).resolve().parent.parent
 SIZE = 800  # px
 STUDIO = 0.82  # linear grey of the backdrop
-# Which object, and how far each of its joints is open: degrees or metres.
-SHOWN = {"laptop": (14, (np.radians(108),)), "drawer": (13, (0.0, 0.22, 0.1))}
+EXPOSURE = 0.5  # of the object before it
+
+
+@dataclass(frozen=True, kw_only=True)
+class Shown:
+    """What a category's picture shows.
+
+    Attributes:
+        seed: Which object.
+        states: Of its joints: degrees or metres.
+        azimuth: Of the camera, in degrees ...
+        elevation: ... from where the sides are told apart.
+    """
+
+    seed: int
+    states: tuple[float, ...]
+    azimuth: float = 32
+    elevation: float = 28
+
+
+SHOWN = {
+    "laptop": Shown(seed=14, states=(108,)),
+    "drawer": Shown(seed=13, states=(0.0, 0.22, 0.1)),
+    "drawer_single": Shown(seed=109, states=(0.2,)),
+    "box": Shown(seed=103, states=(75,)),
+    "dishwasher": Shown(seed=204, states=(65,)),
+    "microwave": Shown(seed=2, states=(80,), azimuth=20),
+    "eyeglasses": Shown(seed=105, states=(85, 60), elevation=40),
+    "scissors": Shown(seed=101, states=(40,), azimuth=20, elevation=62),
+    "stapler": Shown(seed=108, states=(35,), azimuth=55, elevation=22),
+    "cutter": Shown(seed=108, states=(0.03,), azimuth=60, elevation=45),
+}
+ARM_SHARE = 0.5  # of the range of its joints: how an arm is shown
 # Objects of the test split (seed, index) that lie within the middle three quarters of the picture.
 EXAMPLES = {"laptop": (1, 52), "drawer": (1, 78)}
 EXIF_FOLDER, FOCAL_LENGTH_35MM = 0x8769, 0xA405
@@ -57,7 +94,7 @@ def studio_lights(cam_R_root: np.ndarray) -> tuple[Light, ...]:
     lamps = ((-0.5, 0.8, 0.6, 2.2), (0.8, 0.5, 0.4, 0.9))
     directions = [cam_R_root @ np.array(d[:3]) / np.linalg.norm(d[:3]) for d in lamps]
     return tuple(
-        Light(direction=tuple(d.tolist()), color=(lamp[3],) * 3, radius=0.12)
+        Light(direction=tuple(d.tolist()), color=(lamp[3], lamp[3], lamp[3]), radius=0.12)
         for d, lamp in zip(directions, lamps, strict=True)
     )
 
@@ -82,7 +119,7 @@ def photograph(
         show_environment=False,
     )
     frame = render(scene, camera, seed=0)
-    radiance = 0.3 * frame.rgb + (1 - frame.coverage[..., None]) * STUDIO
+    radiance = EXPOSURE * frame.rgb + (1 - frame.coverage[..., None]) * STUDIO
     pixels = (255 * np.clip(radiance, 0, 1) ** (1 / GAMMA) + 0.5).astype(np.uint8)
     box_center, box_size = instance.part_boxes()
     return Sample(
@@ -101,58 +138,73 @@ def photograph(
     )
 
 
-def shown(category: str) -> Prediction:
-    """The object of the conventions page and its true pose, as a prediction that can be drawn."""
-    seed, states = SHOWN[category]
-    instance = make_instance(category, seed)
-    sample = photograph(instance, np.array(states))
-    names = replace(category_prior([instance], staging(category)), joints=instance.joints)
+def arm_shown(arm: Objects) -> Shown:
+    """An arm from its side, each joint at the same share of its range."""
+    limits = np.array([joint.limits for joint in arm.instance(0).joints])
+    states = limits[:, 0] + ARM_SHARE * (limits[:, 1] - limits[:, 0])
+    return Shown(seed=0, states=tuple(np.degrees(states).tolist()), azimuth=60, elevation=15)
+
+
+def shown(objects: Objects, what: Shown) -> Prediction:
+    """One object and its true pose, as a prediction that can be drawn."""
+    instance = objects.instance(what.seed)
+    turns = [joint.kind == "revolute" for joint in instance.joints]
+    states = np.where(turns, np.radians(what.states), what.states)
+    angles = np.radians((what.azimuth, what.elevation))
+    view = replace(ABOVE_RIGHT, azimuth=float(angles[0]), elevation=float(angles[1]))
+    sample = photograph(instance, states, view)
+    names = replace(category_prior([instance], objects.staging), joints=instance.joints)
     return replace(truth(sample, names), photo=read_image(sample.image))
 
 
-def draw_instances(folder: Path, category: str, columns: int = 6, rows: int = 5) -> None:
+def draw_convention(folder: Path, objects: Objects, what: Shown) -> None:
+    """The picture of one category: part boxes, joint axes and the root frame."""
+    picture = shown(objects, what).draw().convert("RGB")
+    _save(picture, folder / f"convention_{objects.name}.jpg")
+
+
+def draw_instances(folder: Path, objects: Objects, columns: int = 6, rows: int = 5) -> None:
     """A sheet of instances as photos show them: each with its joints, from a typical view."""
-    how, side = staging(category), 256
-    sheet = Image.new("RGB", (columns * side, rows * side))
-    for i in range(columns * rows):
+    how, side = objects.staging, 256
+
+    def picture(i: int) -> Image.Image:
         rng = np.random.default_rng(i)
-        instance = make_instance(category, instance_seed(category, "val", 0, i))
+        instance = objects.instance(instance_seed(objects.name, "val", 0, i))
         joint_state = how.sample_joint_state(rng, instance.joints)
         view = replace(how.sample_view(rng), roll=0.0, fov=ABOVE_RIGHT.fov, fill=0.85)
-        sample = photograph(instance, joint_state, replace(view, place=(0.5, 0.5)), side)
-        sheet.paste(Image.fromarray(sample.image), (i % columns * side, i // columns * side))
-    path = folder / f"instances_{category}.jpg"
-    sheet.save(path, quality=82, optimize=True)
-    print(f"wrote {path}")
+        sample = photograph(instance, joint_state, replace(view, place=(0.5, 0.5)), 2 * side)
+        return Image.fromarray(sample.image).resize((side, side), Image.Resampling.LANCZOS)
+
+    _save(_sheet(picture, columns, rows, side), folder / f"instances_{objects.name}.jpg")
 
 
-def draw_scenes(folder: Path, category: str, columns: int = 4, rows: int = 3) -> None:
+def draw_scenes(folder: Path, objects: Objects, columns: int = 4, rows: int = 3) -> None:
     """A sheet of photos as `r2art synth` makes them, without foreign pictures."""
-    side = 320
-    sheet = Image.new("RGB", (columns * side, rows * side))
     job = Synth(
-        objects=Procedural(category),
+        objects=objects,
         n=columns * rows,
         seed=0,
         split="val",
-        size=side,
+        size=320,
         backgrounds=None,
         out=folder,
     )
-    for i in range(job.n):
-        image = Image.fromarray(synthesise(job, i).image)
-        sheet.paste(image, (i % columns * side, i // columns * side))
-    path = folder / f"scenes_{category}.jpg"
-    sheet.save(path, quality=82, optimize=True)
+    sheet = _sheet(lambda i: Image.fromarray(synthesise(job, i).image), columns, rows, job.size)
+    _save(sheet, folder / f"scenes_{objects.name}.jpg")
+
+
+def _sheet(
+    picture: Callable[[int], Image.Image], columns: int, rows: int, side: int
+) -> Image.Image:
+    sheet = Image.new("RGB", (columns * side, rows * side))
+    for i in range(columns * rows):
+        sheet.paste(picture(i), (i % columns * side, i // columns * side))
+    return sheet
+
+
+def _save(picture: Image.Image, path: Path) -> None:
+    picture.save(path, quality=82, optimize=True)
     print(f"wrote {path}")
-
-
-def draw_conventions(folder: Path) -> None:
-    """One picture per category: part boxes, joint axes and the root frame."""
-    for category in SHOWN:
-        path = folder / f"convention_{category}.png"
-        shown(category).draw().save(path)
-        print(f"wrote {path}")
 
 
 def render_examples(folder: Path, width: int = 640, height: int = 480) -> None:
@@ -195,15 +247,26 @@ def main() -> None:
     parser.add_argument("--examples", action="store_true", help="render the example photos anew")
     parser.add_argument("--photos", action="store_true", help="draw the example photos too")
     parser.add_argument("--sheets", nargs="*", help="only draw sheets of these categories (or all)")
+    parser.add_argument("--urdf", type=Path, help="only draw this arm of seven joints")
+    parser.add_argument("--name", help="what the arm is called")
+    parser.add_argument("--fix", nargs="*", default=(), help="joints of the arm to hold still")
     args = parser.parse_args()
     folder = ROOT / "docs" / "images"
     folder.mkdir(exist_ok=True)
+    if args.urdf is not None:
+        reading = Reading(fix=tuple(args.fix))
+        arm = imported("urdf", [args.urdf], name=args.name, reading=reading, recolor=True)
+        draw_convention(folder, arm, arm_shown(arm))
+        draw_instances(folder, arm)
+        draw_scenes(folder, arm)
+        return
     if args.sheets is not None:
         for category in args.sheets or CATEGORIES:
-            draw_instances(folder, category)
-            draw_scenes(folder, category)
+            draw_instances(folder, Procedural(category))
+            draw_scenes(folder, Procedural(category))
         return
-    draw_conventions(folder)
+    for category, what in SHOWN.items():
+        draw_convention(folder, Procedural(category), what)
     if args.examples:
         render_examples(ROOT / "examples")
     if args.photos:

@@ -131,7 +131,9 @@ def mailer(rng: np.random.Generator, photos: Sequence[Path] = ()) -> Box:
     pieces += _mailer_prints(rng, shell, color, colored)
     fills = {contents.goods: 5, contents.tissue: 2, contents.household: 1.5, contents.papers: 1}
     if chance(rng, 0.65):
-        pieces += weighted(rng, fills)(rng, *shell.inside)
+        lower, upper = shell.inside
+        flaps = xyz(0.005, 0, 0.005)
+        pieces += weighted(rng, fills)(rng, lower + flaps, upper - flaps)
     lid = _tucked_lid(rng, shell, outer, inside, edge)
     lid += _parcel_top(rng, shell, color, colored)
     return Box(Pieces(pieces, lid), (shell.height, -shell.z), float(between(rng, 1.75, 3.2)))

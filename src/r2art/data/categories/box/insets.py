@@ -66,13 +66,13 @@ def jewels(
     size = upper - lower
     look = lining or felt(rng, pick(rng, _FELTS))
     top = lower[1] + min(0.55 * size[1], 0.03)
-    columns, rows = max(1, round(size[0] / 0.07)), max(1, round(size[2] / 0.06))
+    columns, rows = np.clip(np.round(size[[0, 2]] / (0.07, 0.06)), 1, (5, 3)).astype(int).tolist()
     walls, rooms = divided(lower, upper * (1, 0, 1) + xyz(0, top, 0), columns, rows, look, 0.004)
     pieces = list(walls)
     for low, high in rooms:
         kind = pick(rng, ("rolls", "beads", "rings", "gems", "empty"))
         middle = (low + high) / 2 * (1, 0, 1) + xyz(0, low[1], 0)
-        r = 0.36 * min(high[0] - low[0], high[2] - low[2])
+        r = min(0.36 * min(high[0] - low[0], high[2] - low[2]), 0.03)
         if kind == "rolls":
             pieces += _ring_rolls(rng, low, high, look)
         elif kind == "beads":
@@ -298,7 +298,7 @@ def egg_crate(
 ) -> Surface:
     """The underside of waved foam between the heights ``low`` and ``high``."""
     size = upper - lower
-    count = np.clip((size[[0, 2]] / 0.02).astype(int), 4, 12)
+    count = np.clip((size[[0, 2]] / 0.02).astype(int), 4, 9)
     x = np.linspace(lower[0], upper[0], 4 * count[0] + 1)
     z = np.linspace(lower[2], upper[2], 4 * count[1] + 1)
     wave = np.outer(np.cos(np.arange(len(z)) * np.pi / 2), np.cos(np.arange(len(x)) * np.pi / 2))

@@ -29,7 +29,7 @@ def rack(
     rng: np.random.Generator, lower: FloatArray, upper: FloatArray, look: Material, *, tines: float
 ) -> list[Surface]:
     """A basket of wire that fills a box, with rows of ``tines`` (m) to stand plates between."""
-    step = between(rng, 0.046, 0.06)
+    step = between(rng, 0.048, 0.06)
     (x0, y0, z0), (x1, y1, z1) = lower.tolist(), upper.tolist()
     xs, zs = (np.linspace(a, b, max(3, round((b - a) / step))) for a, b in ((x0, x1), (z0, z1)))
     front = y1 - between(rng, 0.0, 0.35) * (y1 - y0)  # its front may be lower
@@ -47,7 +47,7 @@ def rack(
         ends += [((x0, y, z0), (x1, y, z0)), ((x0, f, z1), (x1, f, z1))]
         ends += [((x, y, z0), (x, f, z1)) for x in (x0, x1)]
     for x in xs[1:-1:2]:
-        ends += [((x, y0, z), (x, y0 + tines, z)) for z in np.arange(z0 + 0.03, z1 - 0.02, 0.034)]
+        ends += [((x, y0, z), (x, y0 + tines, z)) for z in np.arange(z0 + 0.03, z1 - 0.02, 0.04)]
     return [wires(ends, between(rng, 0.0022, 0.003), look)]
 
 
@@ -98,7 +98,7 @@ def plates(rng: np.random.Generator, lower: FloatArray, upper: FloatArray) -> li
             at[axis] = place
             if chance(rng, 0.1):
                 look = _china(rng)
-            pieces.append(revolved(shape, at, axis, look, segments=16))
+            pieces.append(revolved(shape, at, axis, look, segments=14))
     return pieces
 
 
@@ -109,13 +109,13 @@ def cups(rng: np.random.Generator, lower: FloatArray, upper: FloatArray) -> list
     pieces: list[Surface] = []
     for x in np.arange(lower[0] + 0.055, upper[0] - 0.04, step):
         for z in np.arange(lower[2] + 0.055, upper[2] - 0.04, step):
-            if chance(rng, share) and len(pieces) < 14:
+            if chance(rng, share) and len(pieces) < 12:
                 kind = pick(rng, ("cup", "cup", "glass", "glass", "bowl"))
                 tall = {"cup": 0.09, "glass": 0.12, "bowl": 0.055}[kind] * between(rng, 0.85, 1.1)
                 radius = {"cup": 0.04, "glass": 0.034, "bowl": 0.06}[kind] * between(rng, 0.9, 1.05)
                 shape = dish(kind, radius, min(tall, upper[1] - lower[1]), upturned=True)
                 look = _GLASS if kind == "glass" else pick(rng, looks)
-                pieces.append(revolved(shape, (x, lower[1], z), 1, look, segments=12))
+                pieces.append(revolved(shape, (x, lower[1], z), 1, look, segments=10))
     return pieces
 
 

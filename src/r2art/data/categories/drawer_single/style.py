@@ -298,7 +298,7 @@ def _fittings(rng: np.random.Generator, small: bool, frame: _Frame) -> Fittings:
             clearance=0.001,
             lift=0.001,
             headroom=0.004 if tall < 0.05 else 0.008,
-            shorter=between(rng, -0.006, 0.004),
+            shorter=between(rng, -0.001, 0.006),
             filled=0.7,
             labels=False,
         )
