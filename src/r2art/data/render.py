@@ -17,6 +17,7 @@ import warp as wp
 from numpy.typing import NDArray
 
 from r2art.core.camera import Camera
+from r2art.core.quiet import stderr_closed
 from r2art.data import filling_faces, tracing
 from r2art.data.shading import Geometry, Lighting, Materials
 from r2art.data.shape import Surface
@@ -24,6 +25,8 @@ from r2art.data.shape import Surface
 FloatArray = NDArray[np.floating]
 
 wp.config.log_level = wp.LOG_WARNING
+with stderr_closed():
+    wp.init()
 
 GAMMA = 2.2
 TO_LINEAR = ((np.arange(256) / 255) ** GAMMA).astype(np.float32)
