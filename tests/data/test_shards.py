@@ -107,11 +107,27 @@ def test_a_dataset_from_before_shard_sizes_were_told_is_still_read(tmp_path, dat
     assert_same(opened[250], replace(some_sample(250), amodal=None))
 
 
-def test_depth_beyond_what_16_bits_hold_is_cut_not_wrapped():
+def test_depth_beyond_what_16_bits_hold_is_told_as_unknown_not_as_another(tmp_path):
     sample = some_sample()
-    sample.depth[0, 0] = 90.0
+    farthest = shards.DEPTH_STEPS * shards.DEPTH_UNIT
+    sample.depth[0, :3] = farthest, farthest + shards.DEPTH_UNIT, 90.0
     read = shards.from_row(shards.to_row(0, sample))
-    assert read.depth[0, 0] == pytest.approx(65535 * shards.DEPTH_UNIT)
+    np.testing.assert_allclose(read.depth[0, :3], [farthest, 0, 0], rtol=1e-6)
+
+
+def test_other_libraries_read_the_shards(dataset, tmp_path, monkeypatch):
+    """The two lines of docs/datasets.md."""
+    datasets = pytest.importorskip("datasets", reason="the library datasets is not installed")
+    monkeypatch.setenv("HF_DATASETS_OFFLINE", "1")
+    files = f"{dataset}/*.parquet"
+    photos = datasets.load_dataset("parquet", data_files=files, split="train", cache_dir=tmp_path)
+    photos = photos.cast_column("image", datasets.Image())
+    assert photos["index"][:] == [0, 1, 2]
+    for i, photo in enumerate(photos):
+        sample = some_sample(i)
+        assert photo["image"].size == (sample.camera.width, sample.camera.height)
+        poses = np.reshape(photo["cam_T_part"], (-1, 4, 4))
+        np.testing.assert_array_equal(poses, sample.cam_T_part)
 
 
 def test_a_failed_write_leaves_the_old_file_and_nothing_else(tmp_path):

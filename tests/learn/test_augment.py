@@ -214,6 +214,14 @@ def test_only_the_backdrop_is_swapped(some):
     assert torch.equal(mask, some.mask.float())
 
 
+def test_photos_that_are_not_square_get_other_backdrops_too(some):
+    wide = replace(some, image=some.image[:, :, 20:], mask=some.mask[:, 20:])
+    image, mask = augment.pictures(wide, every(some), chance(), None, augment=True)
+    plain, _ = augment.pictures(wide, every(some), chance(), None, augment=False)
+    assert image.shape[-2:] == mask.shape[-2:] == wide.image.shape[-2:]
+    assert (image == plain).all(dim=1)[mask != BACKDROP].all()
+
+
 def test_backdrops_are_taken_from_the_given_photos():
     given = torch.full((2, 3, 32, 32), 255, dtype=torch.uint8)
     given[:, 1:] = 0

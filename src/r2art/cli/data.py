@@ -42,15 +42,16 @@ def show(
     """Draw the labels of samples onto their photos, on one sheet.
 
     Masks are tinted; part boxes, joint axes, the root frame and the 2D box are drawn; below
-    stands how much of each part is seen and how far each joint is open. Samples that cannot be
-    read are told (exit code 3), the others drawn.
+    stands how much of each part is seen and how far each joint is open. Where labels are right,
+    each box encloses the tint of its colour and each axis runs through its hinge. Samples that
+    cannot be read are told (exit code 3), the others drawn.
 
     Args:
         path: A folder of `r2art synth`, or of another dataset (docs/datasets.md).
         n: Samples, evenly spread over the dataset.
         index: These samples instead.
-        category: Which one, where a dataset holds several.
-        split: Which one, where a dataset has several.
+        category: Which one, where the folder holds several.
+        split: Which one: train, val or test (default: all that there is).
         out: The picture (.png).
         tile: Width of each sample.
         json: Print the labels, one line of JSON each (docs/prediction.md), instead of drawing;
@@ -125,10 +126,10 @@ def check(
 
     Args:
         path: A folder of `r2art synth`, or of another dataset (docs/datasets.md).
-        category: Which one, where a dataset holds several.
-        split: Which one, where a dataset has several.
-        tolerance: How exact the geometry must be, in shares of the object's diagonal and in
-            rad; labels made by hand need more.
+        category: Which one, where the folder holds several.
+        split: Which one: train, val or test (default: all that there is).
+        tolerance: How exact the geometry must be: in rotations, and as a share of the object's
+            diagonal. Labels made by hand need more, 0.02 say.
         json: Print every fault as JSON instead of a table.
     """
     from r2art.data.check import check as faults_of
@@ -199,10 +200,10 @@ def convert(
     A run that was stopped goes on where it was when the same command is given again.
 
     Args:
-        path: A folder of any dataset (docs/datasets.md).
+        path: A folder of `r2art synth`, or of another dataset (docs/datasets.md).
         out: Folder of the new dataset.
-        category: Which one, where a dataset holds several.
-        split: Which one, where a dataset has several.
+        category: Which one, where the folder holds several.
+        split: Which one: train, val or test (default: all that there is).
         n: Only the first so many samples.
     """
     from r2art.data.convert import convert as run
@@ -226,13 +227,13 @@ def bop(
 ) -> int:
     """Write labelled photos in the format of BOP, the benchmark of 6D object pose estimation.
 
-    Each part is an object of its own; docs/data.md tells the rest.
+    Each part is an object of its own; docs/datasets.md tells the rest.
 
     Args:
         path: A folder of `r2art synth`, or of another dataset (docs/datasets.md).
         out: A new or empty folder.
-        category: Which one, where a dataset holds several.
-        split: Which one, where a dataset has several.
+        category: Which one, where the folder holds several.
+        split: Which one: train, val or test (default: all that there is).
         n: Only the first so many samples.
     """
     from r2art.data.bop import export_bop
@@ -248,9 +249,9 @@ def bop(
 def hash(path: Folder, /, *, json: Annotated[bool, arg(help_behavior_hint="")] = False) -> int:
     """Write the SHA-256 of a dataset's files into its SHA256SUMS, and print one for the whole.
 
-    `r2art synth` does so itself when the last shard is made; needed are the hashes where shards
-    of several machines were copied together. `r2art data check` and `sha256sum --check` hold
-    the files against them.
+    `r2art synth` does so itself when it makes the last shard. Needed is the command where the
+    shards of several machines were copied together. `r2art data check` and `sha256sum --check`
+    hold the files against these hashes.
 
     Args:
         path: A folder of `r2art synth`.
@@ -268,11 +269,8 @@ def hash(path: Folder, /, *, json: Annotated[bool, arg(help_behavior_hint="")] =
 
 def _open(path: Path, category: str | None, split: str | None, *, whole: bool = True) -> "Source":
     from r2art.data.adapters import open_source
-    from r2art.data.shards import MANIFEST, Dataset
 
-    if not whole and (path / MANIFEST).exists():
-        return Dataset.open(path, whole=False)
-    return open_source(path, category, split)
+    return open_source(path, category, split, whole=whole)
 
 
 def _own_split(source: "Source") -> str | None:
@@ -289,12 +287,15 @@ def _count(source: "Source", n: int | None) -> int:
 
 @contextmanager
 def _progress(title: str, total: int) -> Iterator[Callable[[int], None]]:
-    """A bar on stderr; call what it gives with the number of samples just done."""
+    """A bar on stderr, if that is a terminal; call what it gives with the number just done."""
     from rich.console import Console
     from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn
 
     columns: tuple[Any, ...] = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn())
-    with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
+    console = Console(stderr=True)
+    with Progress(
+        *columns, console=console, transient=True, disable=not console.is_terminal
+    ) as bar:
         task = bar.add_task(title, total=total)
         yield lambda done: bar.advance(task, done)
 

@@ -1,7 +1,9 @@
 """Which objects a command is about: the options that `r2art synth` and `r2art prior` share."""
 
 from dataclasses import dataclass
+from importlib.util import find_spec
 from pathlib import Path
+from pkgutil import iter_modules
 from typing import TYPE_CHECKING, Annotated, Any
 
 from tyro.conf import Positional, arg
@@ -18,6 +20,13 @@ def _option(metavar: str, default: str) -> Any:
     return arg(metavar=metavar, help_behavior_hint=f"(default: {default})")
 
 
+def _procedural() -> str:
+    """Names of the categories that come with r2art, found without importing any."""
+    spec = find_spec("r2art.data.categories")
+    folders = spec.submodule_search_locations if spec else None
+    return ", ".join(sorted(module.name for module in iter_modules(folders or [])))
+
+
 _MODELS = arg(metavar="PATH...", help_behavior_hint="")
 
 
@@ -26,22 +35,30 @@ class Selection:
     """A procedural category, or models of your own.
 
     Attributes:
-        category: For instance laptop or drawer; nothing if models are given.
+        category: One that comes with r2art; nothing if models are given.
         urdf: URDF files, or folders with one each, instead of a category: one object, or
             several of one kind.
         mjcf: The same, as MuJoCo XML files.
         partnet: The same, as folders of PartNet-Mobility.
         name: What the models' category is called.
-        fix: Joints of the models to hold still, so that what they join is one part; * stands for
-            any letters, NAME=STATE holds them elsewhere than at zero.
+        fix: Joints of the models to hold still, so that what they join is one part: --fix finger1
+            finger2, or --fix 'finger*', or --fix finger1=0.04 to hold it there (rad, m).
         root: Link of the models that is the root part, or belongs to it.
-        up: Axis of the models that points up: x, y, z, -x, -y or -z.
-        front: Axis to which their front looks.
-        scale: Metres in the models' unit of length, 0.001 if they are in millimetres.
+        up: Axis of the models that points up: x, y, z, or with an equals sign --up=-x, -y, -z.
+        front: Axis to which their front looks; the same.
+        scale: Metres in the models' unit of length; 0.001 if they are in millimetres.
         recolor: Give the models' untextured surfaces other colours on every photo.
     """
 
-    category: Annotated[Positional[str | None], arg(metavar="[CATEGORY]")] = None
+    category: Annotated[
+        Positional[str | None],
+        arg(
+            metavar="[CATEGORY]",
+            help=f"One that comes with r2art: {_procedural()}. Or leave it out and give models of "
+            "your own with --urdf, --mjcf or --partnet (docs/importing.md).",
+            help_behavior_hint="",
+        ),
+    ] = None
     urdf: Annotated[tuple[Path, ...], _MODELS] = ()
     mjcf: Annotated[tuple[Path, ...], _MODELS] = ()
     partnet: Annotated[tuple[Path, ...], _MODELS] = ()
@@ -85,6 +102,19 @@ class Selection:
             reading=reading,
             recolor=self.recolor,
         )
+
+
+def say_filled(out: Path, category: str) -> None:
+    """Say what a run of `r2art synth` has left: a whole dataset, or its share of one."""
+    from r2art.data.filling import WHOLE, missing
+    from r2art.data.shards import read_manifest
+    from r2art.run.report import say
+
+    manifest = read_manifest(out)
+    if left := len(missing(out, manifest, WHOLE)):
+        say("written", f"{out}: its share; {left} of {manifest['shards']} shards are still missing")
+    else:
+        say("written", f"{out} ({manifest['n']} photos of {category}); look: r2art data show {out}")
 
 
 def write_prior(category: "Category", path: Path) -> None:

@@ -88,12 +88,13 @@ def prepare(folder: Path, manifest: dict[str, Any], prior: Callable[[], Category
                 f"{folder} already holds another dataset (differs in {', '.join(odd)}); "
                 "choose another --out"
             )
-    else:  # before all else, for it tells whose the rest is
-        shards.write_atomically(path, json.dumps(manifest, indent=1).encode())
+    out = io.BytesIO()
     if not (folder / shards.PRIOR).exists():
-        out = io.BytesIO()
-        prior().save(out)
-        shards.write_atomically(folder / shards.PRIOR, out.getvalue())
+        prior().save(out)  # before anything is written: objects that cannot be read end it here
+    if not path.exists():  # before all else that is written, for it tells whose the rest is
+        shards.write_atomically(path, json.dumps(manifest, indent=1).encode())
+    if content := out.getvalue():
+        shards.write_atomically(folder / shards.PRIOR, content)
 
 
 def missing(folder: Path, manifest: dict[str, Any], share: Share) -> list[int]:

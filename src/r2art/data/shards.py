@@ -30,7 +30,8 @@ FORMAT = "r2art/dataset/1"
 MANIFEST = "manifest.json"
 PRIOR = "category.npz"
 SHARD_SIZE = 250
-DEPTH_UNIT = 2e-4  # m per step of the 16-bit depth image: up to 13 m
+DEPTH_UNIT = 2e-4  # m per step of the 16-bit depth image
+DEPTH_STEPS = 2**16 - 1  # what is farther (than 13 m) is not told
 SHAPES = {
     "box": (4,),
     "cam_T_part": (-1, 4, 4),
@@ -77,8 +78,9 @@ def to_row(index: int, sample: Sample) -> dict[str, Any]:
 
 
 def depth_steps(depth: NDArray[np.floating]) -> NDArray[np.uint16]:
-    """Depth (m) in steps of `DEPTH_UNIT`; what is too far for 16 bits is cut."""
-    return np.clip(np.round(depth / DEPTH_UNIT), 0, 65535).astype(np.uint16)
+    """Depth (m) in steps of `DEPTH_UNIT`; 0, which is unknown, where it is too far for 16 bits."""
+    steps = np.round(depth / DEPTH_UNIT)
+    return np.where((steps >= 0) & (steps <= DEPTH_STEPS), steps, 0).astype(np.uint16)
 
 
 def from_row(row: dict[str, Any], file: str = "row") -> Sample:

@@ -24,8 +24,12 @@ CROP_MARGIN = 1.25
 
 @dataclass(frozen=True, kw_only=True)
 class Crops:
-    """B crops round objects of one category, with the labels the objective needs."""
+    """B crops round objects of one category, with the labels the objective needs.
 
+    ``index`` says which photos of the category's they are from.
+    """
+
+    index: Int[Tensor, " B"]
     image: Float[Tensor, "B 3 S S"]
     part: Int[Tensor, "B s s"]
     K: Float[Tensor, "B 3 3"]
@@ -38,8 +42,9 @@ class Crops:
 
 @dataclass(frozen=True, kw_only=True)
 class Views:
-    """N whole photos, letterboxed, with the object's box (px) in them."""
+    """N whole photos, letterboxed, with the object's box (px) in them; ``index`` as for crops."""
 
+    index: Int[Tensor, " N"]
     image: Float[Tensor, "N 3 S S"]
     seen: Float[Tensor, "N 1 s s"]
     box: Float[Tensor, "N 4"]
@@ -91,6 +96,7 @@ def crops(
         view, part = occlude(view, part, hide, chance, backdrops)
         view = camera_faults(view, chance)
     found = Crops(
+        index=index,
         image=view,
         part=part.long(),
         K=K,
@@ -160,6 +166,7 @@ def views(
         view = camera_faults(view, chance)
     bars = outside((seen - window[:, :2].repeat(1, 2)) * zoom, size)
     return Views(
+        index=index,
         image=view.masked_fill(bars[:, None], 0.0),
         seen=object_seen,
         box=(box - window[:, :2].repeat(1, 2)) * zoom,
@@ -196,7 +203,9 @@ def pictures(
     mask = photos.mask[index].to(chance.device)
     if augment:
         swap = chance.happens(0.4, len(index))[:, None, None] & (mask == BACKDROP)
-        other = other_backdrops(len(index), image.shape[-1], chance, backdrops)
+        height, width = image.shape[-2:]
+        other = other_backdrops(len(index), max(height, width), chance, backdrops)
+        other = other[..., :height, :width]
         image = torch.where(swap[:, None], other, image)
     return image, mask.float()
 

@@ -104,7 +104,9 @@ def test_an_arm_reads_back_as_photographed(tmp_path, truth, first):
     assert sample_faults(source[0], source.category) == []
     assert source.category.name == "robot_arm"
     assert source.category.part_names == ("base", "column", "beam", "tip")
-    assert [joint.parent for joint in source.category.joints] == [0, 1, 2]
+    joints = source.category.joints
+    assert [joint.parent for joint in joints] == [0, 1, 2]
+    np.testing.assert_allclose([joint.limits for joint in joints], [(-2, 2), (-1, 1), (0, 0.2)])
 
 
 def test_joints_may_be_held_still(tmp_path, truth):

@@ -136,6 +136,18 @@ def test_readings_that_cannot_be_meant_are_refused(change):
         Reading(**change)
 
 
+def test_more_parts_than_labels_hold_are_told(write):
+    link = f'<link name="{{}}">{BOX.format("0.1 0.1 0.1")}</link>'
+    joint = """<joint name="j{0}" type="revolute"><parent link="{0}"/><child link="{1}"/>
+        <limit lower="0" upper="1"/></joint>"""
+    links = "".join(link.format(k) for k in range(17))
+    joints = "".join(joint.format(k, k + 1) for k in range(16))
+    model = read_urdf(write(f'<robot name="snake">{links}{joints}</robot>'))
+    with pytest.raises(InputError, match=r"has 17 parts that move.*--fix j15"):
+        build(model)
+    assert len(build(model, Reading(fix=("j15",))).instance.parts) == 16
+
+
 def test_an_object_keeps_within_its_triangles(write):
     ball = '<visual><geometry><sphere radius="0.3"/></geometry></visual>'
     model = read_urdf(write(CABINET.replace(BOX.format("0.3 0.5 0.05"), 4 * ball)))
@@ -170,8 +182,10 @@ def test_nothing_seen_between_two_joints_is_told(write):
 
 def test_a_root_that_is_not_seen_and_carries_several_is_told(write):
     text = CABINET.replace(BOX.format("0.4 0.6 0.8"), "")
-    with pytest.raises(InputError, match=r"nothing is seen of the root.*--root door"):
-        build(read_urdf(write(text)))
+    model = read_urdf(write(text))
+    with pytest.raises(InputError, match=r"nothing is seen of the root.*--fix hinge"):
+        build(model)
+    assert build(model, Reading(fix=("hinge",))).instance.part_names == ("door", "tray")
 
 
 def test_parts_by_place_go_from_top_to_bottom_and_left_to_right(cabinet):

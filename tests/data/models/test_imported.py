@@ -246,3 +246,10 @@ def test_mistakes_are_one_line(arguments, code, says, tmp_path, monkeypatch, cap
     err = capsys.readouterr().err
     assert says in err
     assert err.count("\n") == 1
+
+
+def test_models_that_cannot_be_objects_leave_no_dataset_behind(write, tmp_path, capsys):
+    path = write(CABINET.replace("revolute", "fixed").replace("prismatic", "fixed"))
+    assert run("synth", "--urdf", path, "-n", 1, "--out", tmp_path / "data") == 3
+    assert "nothing that is seen turns" in capsys.readouterr().err
+    assert not list((tmp_path / "data").glob("*"))

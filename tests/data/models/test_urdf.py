@@ -130,6 +130,15 @@ def test_meshes_are_found(write, mesh_file, uri, place):
     np.testing.assert_allclose(build(model).instance.part_boxes()[1][1], [0.2, 0.3, 0.1])
 
 
+def test_files_beside_what_a_link_leads_to_are_found(write, mesh_file, tmp_path):
+    mesh_file("robot/m.stl")
+    path = write(
+        robot('<visual><geometry><mesh filename="m.stl"/></geometry></visual>'), "robot/r.urdf"
+    )
+    (link := tmp_path / "installed.urdf").symlink_to(path)
+    assert len(build(read_urdf(link)).instance.parts) == 2
+
+
 def test_packages_elsewhere_are_found_by_their_variable(write, mesh_file, monkeypatch, tmp_path):
     mesh_file("far/away/arm_description/m.stl")
     monkeypatch.setenv("ROS_PACKAGE_PATH", str(tmp_path / "far" / "away"))
@@ -211,6 +220,14 @@ def test_collision_shapes_are_seen_only_if_there_are_no_others(write):
     assert len(build(read_urdf(write(only))).instance.parts) == 3
     with pytest.raises(InputError, match="nothing that is seen turns"):
         build(read_urdf(write(robot(collision))))
+
+
+def test_a_link_between_joints_that_has_collision_shapes_alone_is_seen_by_them(write):
+    """Or nothing could be told of the joints: what stands between them is a part."""
+    unseen = BOX.format("0.4 0.6 0.8")
+    text = CABINET.replace(unseen, unseen.replace("visual", "collision"))
+    text = text.replace('<parent link="frame"/>', '<parent link="base"/>')
+    assert build(read_urdf(write(text))).instance.part_names == ("base", "door", "tray")
 
 
 def test_mimicking_joints_follow(write):

@@ -11,29 +11,40 @@ from pathlib import Path
 from r2art.core.errors import InputError
 from r2art.data.adapters import artimage, opalign, reart, reartmix, robotarm, urdf_metas
 from r2art.data.shards import MANIFEST, Dataset
-from r2art.data.source import Source
+from r2art.data.source import Fault, Source
 
 Opener = Callable[[Path, str | None, str | None], Source]
 
 
-def open_source(path: Path, category: str | None = None, split: str | None = None) -> Source:
+def open_source(
+    path: Path, category: str | None = None, split: str | None = None, *, whole: bool = True
+) -> Source:
     """Open a dataset, whichever of the known ones it is; its files tell.
 
     Args:
         path: A folder of `r2art synth`, or of ArtImage, ReArtMix, a robot arm or OP-Align.
         category: Which to open; needed where there are several.
         split: ``"train"``, ``"test"``, or None for all that there is.
+        whole: Whether to refuse a folder of `r2art synth` whose shards are not all there.
 
     Raises:
-        InputError: It is none of them, or has no such category or split.
+        InputError: It is none of them (`Fault` if one that is incomplete), or has no such category
+            or split.
     """
     if not path.is_dir():
         raise InputError(f"there is no folder {path}")
     if (path / MANIFEST).exists():
-        return _own(path, category, split)
+        return _own(path, category, split, whole)
     for is_one, open_one in READERS.values():
         if is_one(path):
             return open_one(path, category, split)
+    if reart.find_sets(path):
+        problem = (
+            "is missing, and nothing else tells whose format these annotations are in: a robot "
+            "arm has a .urdf file, a category of ArtImage has train.txt or test.txt beside its "
+            "folders train and urdf; see docs/datasets.md"
+        )
+        raise Fault(str(path / urdf_metas.FILE), "", problem)
     known = ", ".join(READERS)
     raise InputError(
         f"{path} is no dataset that r2art knows: neither its own (a {MANIFEST}) nor laid out "
@@ -41,8 +52,8 @@ def open_source(path: Path, category: str | None = None, split: str | None = Non
     )
 
 
-def _own(path: Path, category: str | None, split: str | None) -> Source:
-    dataset = Dataset.open(path)
+def _own(path: Path, category: str | None, split: str | None, whole: bool) -> Source:
+    dataset = Dataset.open(path, whole=whole)
     found = {"category": dataset.category.name, "split": dataset.manifest.get("split")}
     for name, wanted in (("category", category), ("split", split)):
         if wanted is not None and found[name] not in (wanted, None):

@@ -153,15 +153,13 @@ class ArtImage:
             raise Fault(str(photo.listed), photo.path.name, f"is named, but {photo.path} missing")
         node = read_json(photo.path)
         check_size(node, self.camera)
-        instances = node["instances"].items()
-        if len(instances) != 1:
-            raise node["instances"].fault(f"must hold one instance, holds {len(instances)}")
-        number = instances[0]["urdf_id"]
+        (instance,) = node["instances"].items(1)
+        number = instance["urdf_id"]
         folder = self.objects.of(number.whole())
         if not folder.is_dir():
             raise number.fault(f"there is no object {folder}")
         part_of = {link: part for part, link in enumerate(self._links)}
-        return number.whole(), instances[0], links_by_part(instances[0], part_of), node
+        return number.whole(), instance, links_by_part(instance, part_of), node
 
     @property
     def _links(self) -> list[int]:

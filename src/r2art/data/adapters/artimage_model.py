@@ -32,6 +32,7 @@ ALIGNED, UNALIGNED = "mobility_for_unity_align.urdf", "mobility_for_unity.urdf"
 POINTS = "part_point_sample"
 REALIGNED = {"scissors"}  # whose points and photos are of the unaligned URDF
 
+FARTHEST = {"revolute": 360.0, "prismatic": 1000.0}  # degrees, units of length
 TO_FRAME = [1, 2, 0]  # (X, Y, Z) of a URDF to (Y, Z, X)
 Kinematics = tuple[list[Joint], FloatArray]
 
@@ -136,7 +137,10 @@ class Objects:
     def _rest_state(self, urdf_id: int, link: int, joint: UrdfJoint) -> float:
         if joint.kind == "revolute" and self._rest.get(str(urdf_id)) is None:
             return 0.0
-        return self._rest[str(urdf_id)][str(link)]["state"].number()
+        state = self._rest[str(urdf_id)][str(link)]["state"]
+        if abs(state.number()) > FARTHEST[joint.kind]:
+            raise state.fault(f"is {state.number():g}; no joint rests so far from 0")
+        return state.number()
 
     def _alignment(self, urdf_id: int) -> FloatArray:
         """(4, 4) from the raw frame to the aligned one: the identity but for scissors."""

@@ -18,7 +18,7 @@ class Model:
     """One object at rest in its root frame.
 
     Attributes:
-        joints: Its joints; limits are not known yet.
+        joints: Its joints; limits are (0, 0) where the dataset gives none.
         part_T_link: (P, 4, 4) from the coordinates the dataset gives a part in, to ours.
         points: For each part (N, 3) points on it, in the root frame; None where only boxes are
             known.
@@ -117,7 +117,13 @@ def triple(vector: FloatArray) -> tuple[float, float, float]:
 def flipped(joints: Sequence[Joint], flip: Sequence[bool]) -> tuple[Joint, ...]:
     """The joints, some with their axis the other way round."""
     return tuple(
-        replace(joint, axis=triple(-np.asarray(joint.axis))) if turn else joint
+        replace(
+            joint,
+            axis=triple(-np.asarray(joint.axis)),
+            limits=(-joint.limits[1], -joint.limits[0]),
+        )
+        if turn
+        else joint
         for joint, turn in zip(joints, flip, strict=True)
     )
 

@@ -30,7 +30,7 @@ def dataset_category(
         name: Of the category.
         part_names: P names.
         models: Its objects.
-        states: (N, J) joint states of its photos; they decide the limits.
+        states: (N, J) joint states of its photos; limits are widened to hold them.
         areas: ``frontal_area`` of some of its photos.
     """
     areas = [area for area in areas if area > 0]
@@ -63,7 +63,7 @@ def frontal_area(camera: Camera, box: FloatArray, depth: float) -> float:
 
 
 def with_limits(joints: Sequence[Joint], states: FloatArray, longest: float) -> tuple[Joint, ...]:
-    """The joints, with limits that hold 0 and all of some (N, J) states that can be meant.
+    """The joints, their limits widened to hold all of some (N, J) states that can be meant.
 
     Args:
         joints: J joints.
@@ -71,9 +71,11 @@ def with_limits(joints: Sequence[Joint], states: FloatArray, longest: float) -> 
         longest: Length (m) by which nothing slides.
     """
     most = [longest if joint.kind == "prismatic" else 2 * np.pi for joint in joints]
-    possible = np.where(np.abs(states) <= most, states, 0.0)
-    widest = np.concatenate([np.zeros((1, len(joints))), possible])
-    low, high = widest.min(axis=0), np.maximum(widest.max(axis=0), LEAST_LIMIT)
+    own = np.reshape([joint.limits for joint in joints], (-1, 2)).T
+    possible = np.where(np.abs(states) <= most, states, own[0])
+    widest = np.concatenate([own, possible])
+    low, high = widest.min(axis=0), widest.max(axis=0)
+    high = np.maximum(high, low + LEAST_LIMIT)
     return tuple(
         replace(joint, limits=(a, b))
         for joint, a, b in zip(joints, low.tolist(), high.tolist(), strict=True)

@@ -48,10 +48,12 @@ class Node:
             raise Fault(str(self.file), f"{self.field}.{key}" if self.field else key, "is missing")
         return found
 
-    def items(self) -> list["Node"]:
-        """The entries of a list."""
+    def items(self, count: int | None = None) -> list["Node"]:
+        """The entries of a list; ``count`` of them if that is given."""
         if not isinstance(self.value, list):
             raise self.fault(f"must be a list, is {_kind(self.value)}")
+        if count not in (None, len(self.value)):
+            raise self.fault(f"must have {count} entries, has {len(self.value)}")
         return [Node(v, self.file, f"{self.field}[{i}]") for i, v in enumerate(self.value)]
 
     def whole(self) -> int:
@@ -90,6 +92,8 @@ class Node:
             raise self.fault(f"must be {_shape(shape)}, is {_shape(array.shape)}")
         if not np.isfinite(array).all():
             raise self.fault("holds a NaN or an infinity")
+        if (most := np.abs(array).max(initial=0)) > LARGEST:
+            raise self.fault(f"holds {most:.2g}, which is no number of anything here")
         return array
 
     def rigid(self) -> FloatArray:

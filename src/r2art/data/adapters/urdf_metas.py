@@ -127,7 +127,7 @@ class Metas:
     def _joint(
         self, node: Node, j: int, part: int, parent: int, xyz: FloatArray, axis: FloatArray
     ) -> Joint:
-        kind = node["joint_types"].items()[j]
+        kind = node["joint_types"].items(self.parts - 1)[j]
         if kind.text() not in KINDS:
             raise kind.fault(f"is {kind.value!r}; must be revolute or prismatic")
         length = float(np.linalg.norm(axis))
@@ -145,10 +145,7 @@ class Metas:
     def _ends(self, node: Node) -> tuple[list[int], list[int]]:
         """Parent and child part of every joint, from 0, however the file counts or names them."""
         nodes = [node[key] for key in ("joint_parents", "joint_children")]
-        numbers = [[_number(entry) for entry in side.items()] for side in nodes]
-        for side, found in zip(nodes, numbers, strict=True):
-            if len(found) != self.parts - 1:
-                raise side.fault(f"must have {self.parts - 1} entries, has {len(found)}")
+        numbers = [[_number(entry) for entry in side.items(self.parts - 1)] for side in nodes]
         first = min(min(side) for side in numbers)
         parents, children = ([n - first for n in side] for side in numbers)
         for side, found in zip(nodes, (parents, children), strict=True):

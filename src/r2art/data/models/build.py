@@ -20,6 +20,8 @@ Parts = list[list[Patch]]
 
 SMALLEST = 0.005
 """Metres across below which an object is taken to be in other units."""
+MOST_PARTS = 16
+"""Of an object: as many as `r2art.data.sample.Sample.amodal` has bits."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -91,6 +93,11 @@ def build(model: Model, reading: Reading = Reading()) -> Built:
     frame = skeleton(welded(model, reading.fix), reading.root)
     root_R_base = turn(reading.up or model.up, reading.front or model.front)
     order = [frame.root, *(joint.child for joint in frame.joints)]
+    if len(order) > MOST_PARTS:
+        raise InputError(
+            f"{model.files[0]} has {len(order)} parts that move, labels hold {MOST_PARTS}; hold "
+            f"joints still: --fix {frame.joints[-1].name} ..."
+        )
     parts = [_patches(model, frame.links[name], root_R_base, reading.scale) for name in order]
     _check_size(model, parts)
     if model.by_place:

@@ -22,7 +22,7 @@ from r2art.core.category import Joint
 from r2art.data.models.build import Built, Follows
 from r2art.data.shape import Instance, Material, Surface
 
-VERSION = "1"  # of what `build` makes of a model; a new one when that changes
+VERSION = "2"  # of what `build` makes of a model; a new one when that changes
 
 
 def folder() -> Path:

@@ -42,7 +42,8 @@ def resolve(uri: str, model: Path, who: str) -> Path:
     scheme, found, rest = uri.partition("://")
     if not found or scheme == "file":
         path = Path(rest if found else uri)
-        places = [path] if path.is_absolute() else [model.parent / path]
+        homes = (model.parent, model.resolve().parent)  # a link to the file, or to its folder
+        places = [path] if path.is_absolute() else [home / path for home in homes]
         rest = "" if path.is_absolute() else uri
     elif scheme in ("package", "model"):
         places = list(_in_packages(rest, model))

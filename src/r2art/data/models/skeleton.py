@@ -97,7 +97,7 @@ def _top(model: Model, body: dict[str, str], joints: list[ModelJoint], seen: set
         if len(below) > 1:
             raise InputError(
                 f"{file}: nothing is seen of the root {top!r}, on which {len(below)} joints hang; "
-                f"choose a visible link to be the root: --root {below[0].child}"
+                f"give it a shape, or hold one of them still: --fix {below[0].name}"
             )
         top = below[0].child
     return top

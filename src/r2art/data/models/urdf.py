@@ -198,15 +198,30 @@ def _refuse_lost_leaders(path: Path, joints: list[ModelJoint]) -> None:
 
 
 def _links(file: _File, base_T_link: dict[str, FloatArray]) -> tuple[Link, ...]:
-    """All links; if none has anything to see, their collision shapes are seen."""
-    tag = "visual" if next(file.robot.iter("visual"), None) is not None else "collision"
+    """All links; where there is nothing else to see, by their collision shapes.
+
+    That is: all links if none has a visual, else those without one between joints that move,
+    for every joint needs visible parts on both sides.
+    """
+    ends = [
+        named(joint.find(side), "link", file.path.name)
+        for joint in file.robot.findall("joint")
+        if joint.get("type") not in ("fixed", "floating", "planar")
+        for side in ("parent", "child")
+    ]
+    blind = next(file.robot.iter("visual"), None) is None
+
+    def tag(link: ET.Element) -> str:
+        needed = blind or ends.count(link.get("name", "")) > 1
+        return "collision" if needed and link.find("visual") is None else "visual"
+
     return tuple(
         Link(
             name=name,
             base_T_link=base_T_link[name],
             visuals=tuple(
                 _visual(file, visual, f"{file.path}, link {name!r}")
-                for visual in element.findall(tag)
+                for visual in element.findall(tag(element))
             ),
         )
         for element in file.robot.findall("link")
