@@ -13,6 +13,7 @@ from pathlib import Path
 import tyro
 from tyro.conf import DisallowNone, FlagCreatePairsOff
 
+from r2art.cli.benchmark import BENCHMARK
 from r2art.cli.data import DATA
 from r2art.cli.group import Group, listed
 from r2art.cli.learn import evaluate, export, prior, synth, train
@@ -46,8 +47,8 @@ examples:
   r2art synth --urdf arm.urdf -n 1000 --out data/arm   of a robot, or object, of your own
   r2art data show data/laptop                   look at it
 
-exit codes: 0 all done; 1 `data check` has found faults; 2 an argument cannot be meant; 3 an image
-or dataset is unreadable or unusable (the others are done); 4 no usable model
+exit codes: 0 all done; 1 `data check` or `benchmark verify` has found faults; 2 an argument cannot
+be meant; 3 an image or dataset is unreadable or unusable (the others are done); 4 no usable model
 
 r2art COMMAND --help lists a command's options; r2art --version prints the version."""
 
@@ -56,6 +57,7 @@ COMMANDS: dict[str, Callable[..., int] | Group] = {
     "synth": synth,
     "prior": prior,
     "data": DATA,
+    "benchmark": BENCHMARK,
     "train": train,
     "eval": evaluate,
     "export": export,

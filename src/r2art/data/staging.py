@@ -1,7 +1,7 @@
 """How an object stands and from where it is photographed."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Literal
 
 import numpy as np
@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from r2art.core.camera import Camera
 from r2art.core.category import Joint
+from r2art.core.errors import UsageError
 
 FloatArray = NDArray[np.floating]
 
@@ -68,6 +69,30 @@ UPRIGHT = Rest()
 
 
 @dataclass(frozen=True, kw_only=True)
+class Framing:
+    """What a benchmark holds fixed of every view, whatever people do.
+
+    Attributes:
+        fov: Field of view (rad) of every photo; None: several.
+        whole: Whether no photo cuts the object off.
+        beyond: Share of the object's box that lies beyond one edge of the photo, 0 to 0.9; 0
+            touches it. Which edge does not depend on the share. None: as it comes.
+    """
+
+    fov: float | None = None
+    whole: bool = False
+    beyond: float | None = None
+
+    def __post_init__(self) -> None:
+        if self.beyond is not None and not 0 <= self.beyond <= 0.9:
+            raise UsageError(f"the share of a box beyond an edge is 0 to 0.9, got {self.beyond}")
+
+
+LARGEST_WHOLE = 0.9
+"""Longest side of the box of an object that is not to be cut off, over the image side."""
+
+
+@dataclass(frozen=True, kw_only=True)
 class Staging:
     """How people photograph the objects of a category (angles in radians).
 
@@ -80,6 +105,7 @@ class Staging:
         joints: By joint name, how far open it is; others as `HINGE` or `SLIDE`.
         together: Probability that all joints take the share of the first.
         rests: Ways in which it may lie on the ground; the first is upright.
+        framing: What is the same on all photos.
     """
 
     azimuth: float | None = float(np.radians(38))
@@ -89,6 +115,7 @@ class Staging:
     joints: Mapping[str, Spread] = field(default_factory=dict)
     together: float = 0.0
     rests: tuple[Rest, ...] = (UPRIGHT,)
+    framing: Framing = Framing()
 
     def sample_view(self, rng: np.random.Generator) -> "View":
         """A viewpoint as people take photos of such objects."""
@@ -101,7 +128,7 @@ class Staging:
         roll = float(rng.normal(0, np.radians(4 if rng.random() < 0.7 else 18)))
         low, high = [(25, 40), (40, 65), (65, 90)][rng.choice(3, p=[0.3, 0.5, 0.2])]
         cut = rng.random() < 0.08
-        return View(
+        view = View(
             azimuth=azimuth,
             elevation=elevation,
             roll=roll,
@@ -109,6 +136,7 @@ class Staging:
             fill=float(rng.uniform(0.8, 1.1) if cut else rng.uniform(0.35, 0.97)),
             place=(float(rng.uniform(-0.4, 1.4) if cut else rng.random()), float(rng.random())),
         )
+        return _framed(rng, view, self.framing)
 
     def sample_joint_state(self, rng: np.random.Generator, joints: tuple[Joint, ...]) -> FloatArray:
         """(J,) joint states within limits."""
@@ -137,6 +165,7 @@ class View:
         fov: Field of view of the longer image side.
         fill: Longer side of the object's box over the image side.
         place: Where in the room left over the box lies, each in [0, 1].
+        beyond: How far the box is moved on from there, right and down, in its own extents.
     """
 
     azimuth: float
@@ -145,6 +174,22 @@ class View:
     fov: float
     fill: float
     place: tuple[float, float]
+    beyond: tuple[float, float] = (0.0, 0.0)
+
+
+def _framed(rng: np.random.Generator, view: View, framing: Framing) -> View:
+    """The view with what the framing holds fixed; the rest of it stays."""
+    if framing.fov is not None:
+        view = replace(view, fov=framing.fov)
+    if framing.whole or framing.beyond is not None:
+        x, y = np.clip(view.place, 0, 1).tolist()
+        view = replace(view, fill=min(view.fill, LARGEST_WHOLE), place=(x, y))
+    if framing.beyond is not None:
+        axis, side = divmod(int(rng.integers(4)), 2)
+        place, beyond = list(view.place), [0.0, 0.0]
+        place[axis], beyond[axis] = float(side), (2 * side - 1) * framing.beyond
+        view = replace(view, place=(place[0], place[1]), beyond=(beyond[0], beyond[1]))
+    return view
 
 
 def about(axis: int, angle: float) -> FloatArray:
@@ -187,9 +232,10 @@ def place_object(
     center = (vertices.min(axis=0) + vertices.max(axis=0)) / 2
     radius = float(np.linalg.norm(vertices - center, axis=1).max())
     distance = 2 * radius * camera.fx / (view.fill * size)
-    pixel = np.array([size / 2, size / 2])
+    pixel, reach = np.array([size / 2, size / 2]), size * np.abs(view.beyond)
     cam_T_world, box = np.eye(4), np.zeros(4)
-    for _ in range(40):
+    for k in range(120):
+        gain = 0.8 if k < 20 else 0.25  # wide lenses make large objects at an edge swing
         ray = np.array([*((pixel - (camera.cx, camera.cy)) / camera.fx), 1.0])
         ray /= np.linalg.norm(ray)
         R = _rotation_to(ray) @ R_facing
@@ -201,11 +247,11 @@ def place_object(
         box = np.concatenate([uv.min(axis=0), uv.max(axis=0)])
         extent = box[2:] - box[:2]
         wanted = extent / 2 + np.array(view.place) * np.maximum(size - extent, 0)
-        wanted = np.where(extent > size, size / 2, wanted)
+        wanted = np.where(extent > size, size / 2, wanted) + extent * view.beyond
         step = wanted - (box[:2] + box[2:]) / 2
         growth = float(extent.max()) / (view.fill * size)
         if np.abs(step).max() < 1e-3 * size and abs(growth - 1) < 1e-3:
             break
-        pixel = np.clip(pixel + 0.8 * step, 0, size)
-        distance *= growth**0.8
+        pixel = np.clip(pixel + gain * step, -reach, size + reach)
+        distance *= growth**gain
     return camera, cam_T_world, box

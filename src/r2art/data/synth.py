@@ -6,7 +6,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 from rich.console import Console
@@ -18,10 +18,18 @@ from r2art.data.filling import WHOLE, Share
 from r2art.data.hashes import folder_hash
 from r2art.data.objects import Objects, Split, instance_seed
 from r2art.data.sample import Sample
-from r2art.data.scene import make_sample
+from r2art.data.scene import Arrange, make_sample
 from r2art.data.surroundings import Surroundings
 
 SHARD_SIZE = shards.SHARD_SIZE
+
+
+class Arrangement(Arrange, Protocol):
+    """An `Arrange` that a dataset's manifest can tell of."""
+
+    def about(self) -> dict[str, Any]:
+        """What the manifest says of it; JSON."""
+        ...
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -38,6 +46,7 @@ class Synth:
         out: Folder of the dataset.
         workers: Processes; 0: one per core.
         share: The part of the dataset that this run makes.
+        arrange: What stands round and before the objects; None: what is usual.
     """
 
     objects: Objects
@@ -49,6 +58,7 @@ class Synth:
     out: Path
     workers: int = 0
     share: Share = WHOLE
+    arrange: Arrangement | None = None
 
     def __post_init__(self) -> None:
         if self.n < 1 or not 32 <= self.size <= 2048:
@@ -61,7 +71,7 @@ def synthesise(job: Synth, index: int) -> Sample:
     seed = instance_seed(job.objects.name, job.split, job.seed, index)
     instance = job.objects.instance(seed, files.photos)
     rng = np.random.default_rng([seed, 1])
-    return make_sample(rng, instance, job.objects.staging, files, job.size)
+    return make_sample(rng, instance, job.objects.staging, files, job.size, job.arrange)
 
 
 _job: Synth | None = None
@@ -96,6 +106,7 @@ def _manifest(job: Synth) -> dict[str, Any]:
         "split": job.split,
         "size": job.size,
         "backgrounds": f"sha256:{folder_hash(job.backgrounds)}" if job.backgrounds else False,
+        **(job.arrange.about() if job.arrange else {}),
         **filling.counts(job.n, SHARD_SIZE),
     }
 

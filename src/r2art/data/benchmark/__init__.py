@@ -1,0 +1,1 @@
+"""The benchmark: datasets from fixed seeds, made by one command and held by a manifest."""
