@@ -51,6 +51,10 @@ class Category:
             carried to the root's depth.
         size_spread: Standard deviation of the logarithm of the objects' diagonals, about their
             relative spread; 0 where it is not known.
+        shape_basis: (K, P, 6) the K main ways in which objects differ from the mean one, each as
+            large as its standard deviation, largest first: of every part the logarithm of its
+            scale along x, y, z, and the shift (m) of its centre from where the root's scale puts
+            it (`r2art.method.shape.Deformation`). None where it is not known.
     """
 
     name: str
@@ -63,6 +67,7 @@ class Category:
     areas: FloatArray
     frontal_area: float
     size_spread: float = 0.0
+    shape_basis: FloatArray | None = None
 
     def __post_init__(self) -> None:
         for j, joint in enumerate(self.joints):
@@ -88,15 +93,9 @@ class Category:
             "frontal_area": self.frontal_area,
             "size_spread": self.size_spread,
         }
-        np.savez_compressed(
-            path,
-            meta=json.dumps(meta),
-            box_center=self.box_center,
-            box_size=self.box_size,
-            points=self.points,
-            normals=self.normals,
-            areas=self.areas,
-        )
+        names = ("box_center", "box_size", "points", "normals", "areas", "shape_basis")
+        arrays = {k: v for k in names if (v := getattr(self, k)) is not None}
+        np.savez_compressed(path, allow_pickle=False, meta=json.dumps(meta), **arrays)
 
     @classmethod
     def load(cls, path: Path | BinaryIO) -> "Category":
@@ -125,4 +124,5 @@ class Category:
                 areas=f["areas"],
                 frontal_area=meta["frontal_area"],
                 size_spread=meta.get("size_spread", 0.0),
+                shape_basis=f.get("shape_basis"),
             )

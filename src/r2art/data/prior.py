@@ -15,6 +15,7 @@ from r2art.data.staging import Staging, place_object
 
 FloatArray = NDArray[np.floating]
 POINTS_PER_OBJECT = 2048
+SHAPE_MODES = 8
 _VIEWS = 1536
 
 
@@ -48,6 +49,7 @@ def category_prior(instances: Sequence[Instance], staging: Staging) -> Category:
         areas=areas,
         frontal_area=_frontal_area(instances, staging),
         size_spread=_size_spread(centers, np.exp(log_sizes)),
+        shape_basis=shape_basis(centers, np.exp(log_sizes), box_center, box_size),
     )
 
 
@@ -66,6 +68,33 @@ def _mean_joints(
         widest = float(limits[:, 0].min()), float(limits[:, 1].max())
         joints.append(replace(joint, pivot=(x, y, z), limits=widest))
     return tuple(joints)
+
+
+def shape_basis(
+    centers: FloatArray, sizes: FloatArray, box_center: FloatArray, box_size: FloatArray
+) -> FloatArray:
+    """(K, P, 6) principal components of how instances differ from the mean boxes.
+
+    Args:
+        centers: (N, P, 3) box centres of N instances (m) ...
+        sizes: ... and their extents.
+        box_center: (P, 3) of the mean object ...
+        box_size: ... likewise.
+
+    Returns:
+        `Category.shape_basis`; shifts count in units of the mean object's diagonal when
+        components are ranked. At most `SHAPE_MODES`, and none that is nil.
+    """
+    log_scale = np.log(sizes / box_size)
+    shift = centers - np.exp(log_scale[:, :1]) * box_center
+    span = np.array([box_center - box_size / 2, box_center + box_size / 2])
+    diagonal = float(np.linalg.norm(np.ptp(span, axis=(0, 1))))
+    differences = np.concatenate([log_scale, shift / diagonal], axis=-1)
+    _, strength, ways = np.linalg.svd(differences.reshape(len(sizes), -1), full_matrices=False)
+    deviation = strength / np.sqrt(len(sizes))
+    kept = np.flatnonzero(deviation > 1e-9)[:SHAPE_MODES]
+    modes = (deviation[kept, None] * ways[kept]).reshape(len(kept), *differences.shape[1:])
+    return modes * np.array([1, 1, 1, diagonal, diagonal, diagonal])
 
 
 def _size_spread(centers: FloatArray, sizes: FloatArray) -> float:
