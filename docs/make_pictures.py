@@ -6,7 +6,8 @@ Run from the repository's root after `pip install -e '.[train]'`:
 
 Every picture is an object of the project's own generators, under its true pose. With `--examples`
 it renders the example photos anew; with `--photos` it draws what the shipped model says about them
-(docs/images/prediction.jpg); with `--sheets` it draws 30 instances and 12 photos per category.
+(docs/images/prediction.jpg); with `--sheets` it draws 30 instances and 12 photos per category;
+`--overview` cuts the README's picture from these sheets.
 With `--urdf PATH --name NAME` it draws all of that of a model:
 
     python docs/make_pictures.py --urdf panda_arm_hand.urdf --name panda --fix 'panda_finger_joint*'
@@ -72,6 +73,21 @@ SHOWN = {
     "scissors": Shown(seed=101, states=(40,), azimuth=20, elevation=62),
     "stapler": Shown(seed=108, states=(35,), azimuth=55, elevation=22),
     "cutter": Shown(seed=108, states=(0.03,), azimuth=60, elevation=45),
+}
+# Which of the 30 instances of a sheet stands for its category.
+OVERVIEW = {
+    "laptop": 0,
+    "eyeglasses": 4,
+    "dishwasher": 1,
+    "scissors": 4,
+    "drawer": 1,
+    "drawer_single": 1,
+    "box": 5,
+    "stapler": 1,
+    "cutter": 1,
+    "microwave": 1,
+    "panda": 1,
+    "iiwa7": 1,
 }
 ARM_SHARE = 0.5  # of the range of its joints: how an arm is shown
 # Objects of the test split (seed, index) that lie within the middle three quarters of the picture.
@@ -202,6 +218,19 @@ def _sheet(
     return sheet
 
 
+def draw_overview(folder: Path) -> None:
+    """One object of every category and a robot arm, cut from their sheets, for the README."""
+    side = 256
+    sheet = Image.new("RGB", (6 * side, 2 * side), "white")
+    for i, (name, tile) in enumerate(OVERVIEW.items()):
+        with Image.open(folder / f"instances_{name}.jpg") as instances:
+            cell = instances.width // 6
+            left, top = tile % 6 * cell, tile // 6 * cell
+            picture = instances.crop((left, top, left + cell, top + cell)).resize((side, side))
+        sheet.paste(picture, (i % 6 * side, i // 6 * side))
+    _save(sheet, folder / "overview.jpg")
+
+
 def _save(picture: Image.Image, path: Path) -> None:
     picture.save(path, quality=82, optimize=True)
     print(f"wrote {path}")
@@ -247,6 +276,7 @@ def main() -> None:
     parser.add_argument("--examples", action="store_true", help="render the example photos anew")
     parser.add_argument("--photos", action="store_true", help="draw the example photos too")
     parser.add_argument("--sheets", nargs="*", help="only draw sheets of these categories (or all)")
+    parser.add_argument("--overview", action="store_true", help="only cut it from the sheets")
     parser.add_argument("--urdf", type=Path, help="only draw this arm of seven joints")
     parser.add_argument("--name", help="what the arm is called")
     parser.add_argument("--fix", nargs="*", default=(), help="joints of the arm to hold still")
@@ -264,6 +294,10 @@ def main() -> None:
         for category in args.sheets or CATEGORIES:
             draw_instances(folder, Procedural(category))
             draw_scenes(folder, Procedural(category))
+        draw_overview(folder)
+        return
+    if args.overview:
+        draw_overview(folder)
         return
     for category, what in SHOWN.items():
         draw_convention(folder, Procedural(category), what)
