@@ -1,206 +1,317 @@
 """A dataset of hand-made labels, evaluated by predictors whose errors are known."""
 
+import contextlib
 import csv
+import io
+import itertools
 import json
-from dataclasses import replace
+from dataclasses import fields, replace
 
 import numpy as np
 import pytest
+from hand_made import make_category, sample_of, write_dataset
 from PIL import Image
-from scipy.spatial.transform import Rotation
 
-from r2art.core.camera import Camera
-from r2art.core.category import Category, Joint
-from r2art.core.errors import InputError
-from r2art.data import shards
-from r2art.data.pose import root_T_part
-from r2art.data.sample import Sample
+from r2art.core.errors import InputError, UsageError
+from r2art.data.bop import MM
+from r2art.data.source import Fault
+from r2art.learn import scores as scores_module
+from r2art.learn.calibration import reject
+from r2art.learn.causes import causes, groups
 from r2art.learn.evaluate import evaluate
-from r2art.learn.report import run_eval
-from r2art.learn.scores import truth
+from r2art.learn.report import Evaluation, run_eval
+from r2art.learn.scores import Scores, truth
 from r2art.learn.summary import summarise
+from r2art.learn.testsets import TestSet, open_testsets
 
 N = 24
-CENTER = np.array([[0, 0, 0], [0, 0.02, 0], [0, 0, 0.1]])
-SIZE = np.array([[0.3, 0.02, 0.2], [0.3, 0.01, 0.2], [0.2, 0.01, 0.1]])
-
-
-def make_category():
-    """A body with a hinged lid and a tray that slides out."""
-    points = CENTER[:, None] + SIZE[:, None] * np.random.default_rng(0).uniform(
-        -0.5, 0.5, (3, 64, 3)
-    )
-    lid = Joint(
-        name="hinge",
-        kind="revolute",
-        parent=0,
-        axis=(-1, 0, 0),
-        pivot=(0, 0.01, -0.1),
-        limits=(0, 2),
-    )
-    tray = Joint(
-        name="slide", kind="prismatic", parent=0, axis=(0, 0, 1), pivot=(0, 0, 0.1), limits=(0, 0.1)
-    )
-    return Category(
-        name="box",
-        part_names=("body", "lid", "tray"),
-        joints=(lid, tray),
-        box_center=CENTER,
-        box_size=SIZE,
-        points=points,
-        normals=np.zeros_like(points),
-        areas=np.ones(3),
-        frontal_area=0.05,
-    )
-
-
-def make_sample(category, seed):
-    rng = np.random.default_rng(seed)
-    joint_state = rng.uniform([j.limits[0] for j in category.joints], [2, 0.1])
-    cam_T_root = np.eye(4)
-    cam_T_root[:3, :3] = np.diag([1, -1, -1]) @ Rotation.random(rng=rng).as_matrix()
-    cam_T_root[:3, 3] = [*rng.normal(0, 0.05, 2), rng.uniform(0.6, 1.2)]
-    return Sample(
-        image=np.full((48, 64, 3), 200, np.uint8),
-        mask=np.zeros((48, 64), np.uint8),
-        depth=np.zeros((48, 64), np.float32),
-        camera=Camera(60, 60, 32, 24, 64, 48),
-        box=np.array([10.0, 8, 50, 40]),
-        cam_T_part=cam_T_root @ root_T_part(category.joints, joint_state),
-        joint_state=joint_state,
-        box_center=CENTER,
-        box_size=SIZE,
-        axis=np.array([j.axis for j in category.joints]),
-        pivot=np.array([j.pivot for j in category.joints]),
-        visible=np.ones(3),
-    )
 
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory):
-    folder = tmp_path_factory.mktemp("data") / "box-test"
-    folder.mkdir()
     category = make_category()
-    category.save(folder / shards.PRIOR)
-    manifest = {
-        "format": shards.FORMAT,
-        "category": "box",
-        "n": N,
-        "seed": 0,
-        "split": "test",
-        "size": 64,
-    }
-    manifest |= {"backgrounds": False, "shards": 1}
-    (folder / shards.MANIFEST).write_text(json.dumps(manifest))
-    rows = [shards.to_row(i, make_sample(category, i)) for i in range(N)]
-    shards.write_shard(shards.shard_path(folder, 0), rows)
-    return folder
+    samples = [sample_of(category, i) for i in range(N)]
+    return write_dataset(tmp_path_factory.mktemp("data") / "box-test", category, samples)
 
 
 @pytest.fixture
-def dataset(folder):
-    return shards.Dataset.open(folder)
+def test(folder) -> TestSet:
+    return open_testsets(folder)[0]
 
 
-def moved_away(prediction, factor):
-    """The prediction with the whole scene scaled about the camera."""
-    parts = []
-    for part in prediction.parts:
-        pose = part.cam_T_part.copy()
-        pose[:3, 3] *= factor
-        parts.append(replace(part, cam_T_part=pose, box_size=part.box_size))
-    return replace(prediction, parts=tuple(parts))
+def labels(test):
+    """The predictor that makes no error."""
+    return lambda sample, given_box: truth(sample, test.source.category)
 
 
-def test_truth_is_perfect_in_every_measure(dataset):
-    report = evaluate(dataset, lambda sample, given_box: truth(sample, dataset.category))
-    for scores in (report.given, report.found):
-        for name in ("add", "add_s", "aligned", "rotation", "translation", "depth"):
-            np.testing.assert_allclose(getattr(scores, name), 0, atol=1e-9, err_msg=name)
-        for name in ("state", "axis"):
-            np.testing.assert_allclose(getattr(scores, name), 0, atol=1e-9, err_msg=name)
-        np.testing.assert_allclose(scores.pivot[:, 0], 0, atol=1e-9)
-        for name in ("overlap", "scale", "box", "category"):
-            np.testing.assert_allclose(getattr(scores, name), 1, atol=1e-9, err_msg=name)
-    summary = summarise(report.given, dataset.category)
-    assert summary.whole.auc_100mm == pytest.approx(1)
-    assert summary.whole.auc_diameter == pytest.approx(1)
+def scaled(test, factor):
+    """The predictor that sees everything ``factor`` times as large and as far away."""
+    return lambda sample, given_box: truth(sample, test.source.category).scaled(factor, "prior")
+
+
+SHARES = ("overlap", "overlap_aligned", "scale", "box", "category", "confidence")
+FACTS = (
+    *("seconds", "diameter", "diagonal", "azimuth", "elevation"),
+    *("visible", "box_side", "inside", "true_state"),
+)
+
+
+def test_truth_is_perfect_in_every_measure(test):
+    report = evaluate(test, labels(test))
+    for mode in (report.given, report.found):
+        for field in fields(Scores):
+            values = getattr(mode.scores, field.name)
+            if field.name in SHARES:
+                np.testing.assert_allclose(values, 1, atol=1e-9, err_msg=field.name)
+            elif field.name not in FACTS:
+                expected = np.zeros_like(values)
+                if field.name in ("pivot", "pivot_aligned"):
+                    expected[:, 1] = np.nan  # what slides has no pivot
+                np.testing.assert_allclose(values, expected, atol=1e-9, err_msg=field.name)
+    summary = summarise(report.given.scores, test.source.category)
+    for poses in (summary.whole.plain, summary.whole.aligned):
+        assert poses.auc_100mm.value == pytest.approx(1)
+        assert poses.auc_diameter.value == pytest.approx(1)
+        assert poses.overlap.mean.value == pytest.approx(1)
     assert summary.failures == 0
+    assert summary.calibration.error.value == 0
 
 
-def test_a_scene_at_the_wrong_scale_is_wrong_in_depth_and_right_once_aligned(dataset):
-    report = evaluate(
-        dataset, lambda sample, given_box: moved_away(truth(sample, dataset.category), 1.1)
-    )
-    np.testing.assert_allclose(report.given.depth, 0.1, rtol=1e-9)
-    np.testing.assert_allclose(report.given.scale, 1 / 1.1)
-    np.testing.assert_allclose(report.given.aligned, 0, atol=1e-9)
-    assert np.all(report.given.add > 0.05)
+@pytest.mark.parametrize("factor", [0.8, 1.1])
+def test_a_scene_at_the_wrong_scale_is_wrong_in_lengths_and_right_once_aligned(test, factor):
+    s = evaluate(test, scaled(test, factor)).given.scores
+    np.testing.assert_allclose(s.depth, abs(factor - 1), rtol=1e-9)
+    np.testing.assert_allclose(s.scale, 1 / factor)
+    assert np.all(s.add > 0.05)
+    assert np.all(s.overlap < 0.9)
+    assert np.any(s.state[:, 1] > 1e-3)
+    for name in ("add_aligned", "add_s_aligned", "translation_aligned", "state_aligned"):
+        np.testing.assert_allclose(getattr(s, name), 0, atol=1e-9, err_msg=name)
+    np.testing.assert_allclose(s.pivot_aligned[:, 0], 0, atol=1e-9)
+    np.testing.assert_allclose(s.overlap_aligned, 1, atol=1e-9)
 
 
-def test_failures_count_as_failures(dataset):
+def test_aligning_never_moves_model_points_further_away_in_the_mean_square(test):
+    """It minimises just that, so that no other common factor, 1 among them, does better."""
+    for index in range(5):
+        sample = test.source[index]
+        said = truth(sample, test.source.category).scaled(1.3, "prior")
+        found = scores_module.score(sample, test.source.category, said)
+        again = scores_module.score(
+            sample, test.source.category, said.scaled(float(found.scale), "prior")
+        )
+        assert again.scale == pytest.approx(1)
+        np.testing.assert_allclose(again.add, found.add_aligned, atol=1e-12)
+
+
+def test_failures_count_as_failures(test):
     calls = iter(range(2 * N))
 
     def predict(sample, given_box):
         if next(calls) % 8 < 2:  # every fourth photo, in both modes
             raise InputError("the model gives no finite answer for this photo")
-        return truth(sample, dataset.category)
+        return truth(sample, test.source.category)
 
-    report = evaluate(dataset, predict)
-    summary = summarise(report.given, dataset.category)
+    report = evaluate(test, predict)
+    summary = summarise(report.given.scores, test.source.category)
     assert summary.failures == N / 4
-    assert summary.whole.auc_100mm == pytest.approx(0.75)
-    assert summary.whole.overlap.mean == pytest.approx(0.75)
-    assert summary.whole.add.p90 == np.inf
-    assert summary.whole.add.mean == pytest.approx(0, abs=1e-12)
+    for poses in (summary.whole.plain, summary.whole.aligned):
+        assert poses.auc_100mm.value == pytest.approx(0.75)
+        assert poses.overlap.mean.value == pytest.approx(0.75)
+        assert poses.add.p90 == np.inf
+        assert poses.add.mean.value == pytest.approx(0, abs=1e-12)
     assert report.worst[0].badness == np.inf
+    # A failure has confidence 0 and is wrong, so those are the first to be rejected.
+    rejection = reject(report.given.scores, 0.25)
+    assert (rejection.right, rejection.right_kept, rejection.wrong_removed) == (0.75, 1, 1)
+    found = [g for c in causes(report.given.scores, report.category) for g in _groups(report, c)]
+    assert len(found) >= 4
+    assert {sum(g.failures for g in _groups(report, c)) for c in _causes(report)} == {N / 4}
 
 
-def test_another_category_is_a_failure_but_its_box_still_counts(dataset):
+def _causes(report):
+    return causes(report.given.scores, report.category)
+
+
+def _groups(report, cause):
+    return groups(report.given.scores, report.category, cause)
+
+
+def test_groups_share_out_all_photos_and_do_not_overlap(test):
+    report = evaluate(test, scaled(test, 1.1))
+    names = [cause.name for cause in _causes(report)]
+    assert any("azimuth" in n for n in names)
+    assert any("visible" in n for n in names)
+    assert any("open" in n for n in names)
+    for cause in _causes(report):
+        found = _groups(report, cause)
+        assert sum(g.images for g in found) == N
+        assert all(a.high < b.low for a, b in itertools.pairwise(found))
+
+
+def test_another_category_is_a_failure_but_its_box_still_counts(test):
     def predict(sample, given_box):
-        right = truth(sample, dataset.category)
+        right = truth(sample, test.source.category)
         return right if given_box else replace(right, category="sofa", box=(10, 8, 50, 24))
 
-    found = summarise(evaluate(dataset, predict).found, dataset.category)
+    report = evaluate(test, predict)
+    found = summarise(report.found.scores, test.source.category)
     assert found.category_accuracy == 0
     assert found.failures == N
-    assert found.box.median == pytest.approx(0.5)
+    assert found.box.median.value == pytest.approx(0.5)
+    assert set(report.found.messages) == {"taken for a sofa"}
+    assert set(report.given.messages) == {""}
 
 
-def test_nothing_predicted_is_an_error(dataset):
+def test_nothing_predicted_is_an_error(test):
     with pytest.raises(InputError, match="no photo could be predicted"):
-        evaluate(dataset, lambda sample, given_box: None)
+        evaluate(test, lambda sample, given_box: None)
 
 
-def test_the_command_writes_tables_files_and_pictures(folder, dataset, tmp_path, capsys):
-    model, out, results = tmp_path / "m.onnx", tmp_path / "out", tmp_path / "results.md"
+@pytest.mark.parametrize("limit", [0, -3])
+def test_a_limit_below_one_is_refused(test, limit):
+    with pytest.raises(UsageError, match="limit"):
+        evaluate(test, labels(test), limit)
+
+
+class Broken:
+    """A source whose every third sample cannot be read."""
+
+    def __init__(self, source):
+        self.category, self.source = source.category, source
+
+    def __len__(self):
+        return len(self.source)
+
+    def __getitem__(self, index):
+        if index % 3 == 0:
+            raise Fault("photos.json", f"photo {index}", "is missing")
+        return self.source[index]
+
+    def file(self, index):
+        return self.source.file(index)
+
+
+def test_samples_that_cannot_be_read_are_told_and_the_others_evaluated(test):
+    broken = TestSet("broken", Broken(test.source), {}, "")
+    report = evaluate(broken, labels(test), limit=7)
+    assert report.indices == (1, 2, 4, 5)
+    assert [b.split(":")[1].strip() for b in report.broken] == ["photo 0", "photo 3", "photo 6"]
+    with pytest.raises(InputError, match="no photo of broken can be read"):
+        evaluate(broken, labels(test), limit=1)
+
+
+WRITTEN = 6
+
+
+@pytest.fixture(scope="module")
+def written(folder, tmp_path_factory):
+    """Runs in which some photos fail: the folder of one, their page and what they printed."""
+    test, home = open_testsets(folder)[0], tmp_path_factory.mktemp("report")
+    model, out, results = home / "m.onnx", home / "out", home / "results.md"
     model.write_bytes(b"any file has a checksum")
     results.write_text("# Results\n\n<!-- begin speed -->\nkept\n<!-- end speed -->\n")
 
     def predict(sample, given_box):
-        wrong = moved_away(truth(sample, dataset.category), 1.05)
+        wrong = scaled(test, 1.05)(sample, given_box)
         return wrong if sample.joint_state[0] < 1.5 else None
 
-    run_eval(folder, predict, model, limit=4, results=results)
-    run_eval(folder, predict, model, out=out, limit=12, results=results)
-    shown = capsys.readouterr().out
-    assert "lid" in shown
-    assert "slide" in shown
-    page = results.read_text()
-    assert page.count("<!-- begin eval-box -->") == 1
+    job = Evaluation(
+        tests=[test],
+        ask=lambda name: predict,
+        model=model,
+        limit=WRITTEN,
+        results=results,
+    )
+    printed = io.StringIO()
+    with contextlib.redirect_stdout(printed):
+        run_eval(replace(job, tests=[test, replace(test, name="again")], limit=2))
+        run_eval(replace(job, out=out))
+    return out, results.read_text(), printed.getvalue()
+
+
+def test_the_command_writes_tables_files_and_pictures(written, folder):
+    out, page, shown = written
+    assert "again" in shown
+    for name in ("box", "box-test", "again"):  # by category where that is clear
+        assert page.count(f"<!-- begin eval-{name} -->") == 1
     assert "kept" in page
-    assert "12 photos" in page
+    assert f"{WRITTEN} photos" in page
+    assert "slide" in page
     assert str(folder.parent) not in page
-    report = json.loads((out / "report.json").read_text())
-    assert report["given"]["images"] == 12
-    assert report["given"]["failures"] > 0
-    assert [p["name"] for p in report["given"]["parts"]] == ["body", "lid", "tray"]
-    rows = list(csv.DictReader((out / "images.csv").read_text().splitlines()))
-    assert len(rows) == 24
-    assert float(rows[0]["depth"]) == pytest.approx(0.05) or rows[0]["depth"] == "inf"
-    for picture in ("errors.png", "worst.png"):
-        with Image.open(out / picture) as image:
+    assert "r2art synth box -n 24 --seed 0 --split test --size 64 --out box-test" in page
+    assert sorted(str(p.relative_to(out)) for p in out.rglob("*.*")) == sorted(
+        [
+            *("report.md", "report.json", "report.csv", "report.tex", "paper.csv"),
+            *(
+                f"box-test/{file}"
+                for file in (
+                    *("images.csv", "r2art-given_box-test.csv", "r2art-found_box-test.csv"),
+                    *("errors.png", "histograms.png", "calibration.png", "worst.png"),
+                )
+            ),
+        ]
+    )
+    for picture in out.rglob("*.png"):
+        with Image.open(picture) as image:
             image.load()
-    assert sorted(p.name for p in out.iterdir()) == [
-        *("errors.png", "images.csv", "report.json", "report.md", "worst.png")
+
+
+def test_json_and_spreadsheets_agree(written):
+    out, _, _ = written
+    content = json.loads((out / "report.json").read_text())
+    assert [d["name"] for d in content["datasets"]] == ["box-test"]
+    given = content["datasets"][0]["given"]
+    assert given["images"] == WRITTEN
+    assert 0 < given["failures"] < WRITTEN
+    assert [p["name"] for p in given["parts"]] == ["body", "lid", "tray"]
+    rows = list(csv.DictReader((out / "box-test" / "images.csv").read_text().splitlines()))
+    assert len(rows) == 2 * WRITTEN
+    depths = [float(row["depth"]) for row in rows if row["mode"] == "given"]
+    assert sum(np.isinf(depths)) == given["failures"]
+    assert np.ptp([d for d in depths if np.isfinite(d)]) < 1e-5
+    summary = list(csv.DictReader((out / "report.csv").read_text().splitlines()))
+    found = [
+        row
+        for row in summary
+        if (row["dataset"], row["mode"], row["of"], row["measure"])
+        == ("box-test", "given", "lid", "auc_100mm_aligned")
     ]
+    assert len(found) == 1
+    auc = given["parts"][1]["aligned"]["auc_100mm"]["value"]
+    assert float(found[0]["mean"]) == pytest.approx(auc, rel=1e-4)
+    assert auc == pytest.approx(1 - given["failures"] / WRITTEN)
+
+
+def test_bop_results_hold_the_poses_of_what_was_predicted(written, test):
+    out, _, _ = written
+    rows = list(
+        csv.DictReader((out / "box-test" / "r2art-given_box-test.csv").read_text().splitlines())
+    )
+    assert list(rows[0]) == ["scene_id", "im_id", "obj_id", "score", "R", "t", "time"]
+    failures = sum(test.source[i].joint_state[0] >= 1.5 for i in range(WRITTEN))
+    assert len(rows) == 3 * (WRITTEN - failures)
+    for row in rows:
+        pose = test.source[int(row["im_id"])].cam_T_part[int(row["obj_id"]) - 1]
+        np.testing.assert_allclose(
+            np.array(row["R"].split(), float), pose[:3, :3].ravel(), atol=1e-8
+        )
+        t = np.array(row["t"].split(), float)
+        np.testing.assert_allclose(t, 1.05 * MM * pose[:3, 3], atol=1e-5)
+
+
+def test_json_on_stdout_is_the_report(test, tmp_path, capsys):
+    model = tmp_path / "m.onnx"
+    model.write_bytes(b"model")
+    job = Evaluation(
+        tests=[test], ask=lambda name: labels(test), model=model, limit=2, as_json=True
+    )
+    run_eval(job)
+    content = json.loads(capsys.readouterr().out)
+    assert content["datasets"][0]["given"]["whole"]["plain"]["add"]["median"]["value"] < 1e-9
+
+
+def test_two_datasets_of_one_name_are_refused(test, tmp_path):
+    job = Evaluation(tests=[test, test], ask=lambda name: labels(test), model=tmp_path)
+    with pytest.raises(UsageError, match="two datasets are called box-test"):
+        run_eval(job)

@@ -116,3 +116,17 @@ def test_iou_of_aligned_boxes(b, size_b, expected):
 )
 def test_iou_in_the_image(a, b, expected):
     assert image_box_iou(np.array(a, float), np.array(b, float)) == pytest.approx(expected)
+
+
+def test_many_pairs_at_once_are_as_each_alone():
+    rng = np.random.default_rng(5)
+    a = np.stack([random_pose(rng) for _ in range(6)]).reshape(2, 3, 4, 4)
+    b = np.stack([random_pose(rng) for _ in range(6)]).reshape(2, 3, 4, 4)
+    size_a, size_b = rng.uniform(0.1, 0.5, (2, 2, 3, 3))
+    b[1, 2, :3, 3] += 9  # one pair that does not meet
+    together = box_iou(a, size_a, b, size_b)
+    assert together.shape == (2, 3)
+    assert together[1, 2] == 0
+    assert (together > 0).sum() >= 3
+    for i in np.ndindex(2, 3):
+        assert together[i] == pytest.approx(box_iou(a[i], size_a[i], b[i], size_b[i]), abs=1e-14)

@@ -8,39 +8,44 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from tyro.conf import Positional, UseAppendAction, arg
 
-from r2art.cli.selection import Selection
+from r2art.cli.selection import Selection, say_filled
 from r2art.core.errors import UsageError
 
 if TYPE_CHECKING:
+    from r2art.core.category import Category
     from r2art.core.prediction import Prediction
     from r2art.data.sample import Sample
+    from r2art.learn.evaluate import Predict
+    from r2art.run.predictor import Predictor
 
 
 def synth(
     *,
     selection: Annotated[Selection, arg(name="")],
-    n: Annotated[int, arg(aliases=["-n"])],
-    out: Path,
+    n: Annotated[int, arg(aliases=["-n"], metavar="N")],
+    out: Annotated[Path, arg(metavar="DIR")],
     seed: int = 0,
     split: Literal["train", "val", "test"] = "train",
-    size: int = 224,
-    backgrounds: Path | None = None,
+    size: Annotated[int, arg(metavar="PX")] = 224,
+    backgrounds: Annotated[Path | None, arg(metavar="DIR", help_behavior_hint="")] = None,
     workers: int = 0,
     shard: Annotated[str, arg(metavar="I/N")] = "1/1",
 ) -> int:
     """Render labelled photos of a procedural category, or of models of your own.
 
-    The same arguments give the same bytes. A run that was stopped goes on where it was when the
-    same command is given again. Your own: `r2art synth --urdf arm.urdf --fix joint7 ...`, or
-    --mjcf, or --partnet; several models of one kind are split into train, val and test.
+    For instance `r2art synth laptop -n 1000 --out data/laptop`, then `r2art data show
+    data/laptop`. The same arguments give the same bytes. A run that was stopped goes on where it
+    was when the same command is given again. Your own models: `r2art synth --urdf arm.urdf -n
+    1000 --out data/arm`, or --mjcf, or --partnet; several of one kind are split into train, val
+    and test.
 
     Args:
         selection: What to show.
-        n: Photos to make; each shows an object of its own.
+        n: Photos to make, each of another object (of a model of your own: in another pose).
         out: Folder of the dataset.
-        seed: Another seed makes other objects.
-        split: No object is ever in two splits.
-        size: Side of the square photos (px).
+        seed: Another seed makes other photos, of other objects.
+        split: No object is ever in two splits (but a single model of your own is in all).
+        size: Side of the square photos.
         backgrounds: Folder of photos, .hdr light probes and textures; without it everything is
             procedural.
         workers: Processes; 0 takes one per core.
@@ -51,9 +56,10 @@ def synth(
     from r2art.data.synth import Synth
     from r2art.data.synth import synth as run
 
+    objects = selection.objects(split)
     run(
         Synth(
-            objects=selection.objects(split),
+            objects=objects,
             n=n,
             seed=seed,
             split=split,
@@ -64,18 +70,20 @@ def synth(
             share=Share.parse(shard),
         )
     )
+    say_filled(out, objects.name)
     return 0
 
 
 def prior(
     *,
     selection: Annotated[Selection, arg(name="")],
-    out: Path = Path("category.npz"),
+    out: Annotated[Path, arg(metavar="FILE")] = Path("category.npz"),
 ) -> int:
     """Write what is known of a category before any photo: its mean object.
 
     Mean part boxes, points on every part, joints with their limits, and how large such objects
-    appear. `r2art synth` puts the same file into every dataset.
+    appear. `r2art synth` puts the same file into every dataset; alone, it is a quick way to see
+    which parts and joints a model of your own has: `r2art prior --urdf arm.urdf`.
 
     Args:
         selection: Whose prior.
@@ -104,14 +112,16 @@ def train(
     processes: `accelerate launch -m r2art train ...`.
 
     Args:
-        recipe: tiny, a model from scratch; further, to go on from a trained one (--init); or
-            smoke, a few steps to see that everything runs.
+        recipe: tiny, a model from scratch; further, to go on from a trained one (--init); smoke,
+            a few steps to see that everything runs; paper, the paper's network; the ablations
+            are in docs/training.md.
         data: A dataset of `r2art synth`; once per category.
         out: Folder of the run.
         steps: Instead of the recipe's number of optimiser steps.
-        backbone_weights: .npz or .safetensors to start the trunk from.
-        init: Folder of a trained run to start from. Categories that it does not know get new
-            heads on its trunk.
+        backbone_weights: .npz or .safetensors to start the trunk from; for the paper's network
+            its frozen backbone, or a folder of files by timm's names.
+        init: Folder of a trained run, or model file (.onnx), to start from. Categories that it
+            does not know get new heads on its trunk.
         backgrounds: Folder of photos to swap in behind the objects.
     """
     from r2art.learn.recipes import RECIPES
@@ -155,35 +165,81 @@ def export(
 
 def evaluate(
     *,
-    data: Path,
+    data: UseAppendAction[tuple[Path, ...]],
+    category: Annotated[str | None, arg(metavar="NAME", help_behavior_hint="")] = None,
+    split: Annotated[str | None, arg(metavar="NAME", help_behavior_hint="")] = None,
     model: Path | None = None,
     out: Path | None = None,
     limit: int | None = None,
     results: Path | None = None,
+    json: Annotated[bool, arg(help_behavior_hint="")] = False,
 ) -> int:
-    """Measure a model on a labelled dataset, part by part.
+    """Measure a model on labelled photos, part by part.
 
-    Every photo is predicted twice: with its box and category given, and with neither.
+    Every photo is predicted twice: with its box and category given, and with neither. Samples
+    that cannot be read are told (exit code 3), the others evaluated; docs/evaluation.md explains
+    every figure and file.
 
     Args:
-        data: A dataset of `r2art synth`.
+        data: A dataset of `r2art synth` or of another kind (docs/datasets.md), or a folder of
+            `r2art benchmark make`; once per dataset.
+        category: Which one, where a dataset or benchmark holds several.
+        split: Which one, where a dataset has several.
         model: A model of `r2art export`; default: the one inside r2art.
         out: Folder for the report: tables, figures, the worst photos.
-        limit: Take only the first so many photos.
-        results: Markdown file in which to (re)write this category's section.
+        limit: Take only the first so many photos of each dataset.
+        results: Markdown file in which to (re)write the sections on these datasets.
+        json: Print JSON instead of tables.
     """
-    from r2art.data.shards import Dataset
-    from r2art.learn.report import run_eval
+    from r2art.learn.report import Evaluation, run_eval
+    from r2art.learn.testsets import open_testsets
     from r2art.run.predictor import SHIPPED_MODEL, load
+    from r2art.run.report import say
 
-    predictor, name = load(model), Dataset.open(data).category.name
-    predictor.category(name)
+    if not data:
+        raise UsageError("no data given; add --data DIR for each dataset")
+    predictor = load(model)
+    tests = [test for path in data for test in open_testsets(path, category, split)]
+    reasons = [_misfit(predictor, test.source.category) for test in tests]
+    if all(reasons):
+        raise UsageError(f"cannot evaluate {tests[0].name}: {reasons[0]}")
+    for test, reason in zip(tests, reasons, strict=True):
+        if reason:
+            say("warning", f"{test.name} is left out: {reason}")
 
-    def predict(sample: "Sample", given_box: bool) -> "Prediction":
-        if given_box:
-            return predictor.predict(sample.image, sample.camera, name, sample.box.tolist())
-        return predictor.predict(sample.image, sample.camera)
+    def ask(name: str) -> "Predict":
+        def predict(sample: "Sample", given_box: bool) -> "Prediction":
+            if given_box:
+                return predictor.predict(sample.image, sample.camera, name, sample.box.tolist())
+            return predictor.predict(sample.image, sample.camera)
 
-    path = model or Path(str(SHIPPED_MODEL))
-    run_eval(data, predict, path, out=out, limit=limit, results=results)
-    return 0
+        return predict
+
+    done = run_eval(
+        Evaluation(
+            tests=[test for test, reason in zip(tests, reasons, strict=True) if not reason],
+            ask=ask,
+            model=model or Path(str(SHIPPED_MODEL)),
+            out=out,
+            limit=limit,
+            results=results,
+            as_json=json,
+        )
+    )
+    broken = [problem for result in done for problem in result.report.broken]
+    for problem in broken:
+        say("error", problem)
+    return 3 if broken else 0
+
+
+def _misfit(predictor: "Predictor", category: "Category") -> str:
+    """Why a model cannot be measured on a category; empty where it can."""
+    if category.name not in predictor.categories:
+        return f"this model knows {', '.join(predictor.categories)}, not {category.name}"
+    known = predictor.category(category.name)
+    ours, theirs = ([(j.kind, j.parent) for j in c.joints] for c in (known, category))
+    if ours == theirs:
+        return ""
+    joints = (" ".join(kind for kind, _ in found) or "none" for found in (ours, theirs))
+    has, needed = joints
+    return f"the joints of this model's {category.name} are {has}, those of the data {needed}"

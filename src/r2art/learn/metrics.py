@@ -1,18 +1,20 @@
 """How wrong a pose is: the measures of the 6D pose literature, for parts and joints.
 
 Everything is in metres and radians; reports convert. Letters: B batch, P parts, M points.
-Overlap of boxes is in `r2art.learn.overlap`.
+Overlap of boxes is in `r2art.learn.overlap`; what many images come to, in `r2art.learn.statistics`.
 """
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import KDTree
 from scipy.spatial.distance import pdist
-from scipy.stats import rankdata
 
 from r2art.core.category import Category
 
 FloatArray = NDArray[np.floating]
+
+LEAST_SCALE = 1e-3
+"""Where even the direction is wrong, the best factor would be 0 or less, and no scene left."""
 
 
 def model_points(category: Category, box_center: FloatArray, box_size: FloatArray) -> FloatArray:
@@ -53,15 +55,6 @@ def diameter(points: FloatArray) -> FloatArray:
     return np.array([pdist(part).max() for part in points])
 
 
-def auc(errors: FloatArray, tau: float) -> float:
-    """Area under the recall curve up to ``tau``, as a share of 1; exact, not sampled.
-
-    Recall at t is the share of errors ≤ t, a step function. One error e contributes the time
-    from e to tau, so the area is the mean of max(0, 1 − e/tau). Failures are inf and give 0.
-    """
-    return float(np.clip(1 - np.asarray(errors) / tau, 0, 1).mean())
-
-
 def rotation_error(R: FloatArray, R_true: FloatArray) -> FloatArray:
     """(*B,) geodesic angle (rad, 0 to π) between (*B, 3, 3) rotations."""
     A = np.swapaxes(R_true, -1, -2) @ R
@@ -96,7 +89,8 @@ def alignment_scale(points: FloatArray, pose: FloatArray, true_pose: FloatArray)
     """The factor on all predicted translations that brings the object nearest to the truth.
 
     One photo does not tell size from distance: a scene scaled about the camera looks the same.
-    This is the s that minimises Σ ‖R x + s t − (R* x + t*)‖² over the points of all parts.
+    This is the s that minimises Σ ‖R x + s t − (R* x + t*)‖² over the points of all parts; it is
+    positive, at least `LEAST_SCALE`.
 
     Args:
         points: (P, M, 3) model points.
@@ -106,7 +100,7 @@ def alignment_scale(points: FloatArray, pose: FloatArray, true_pose: FloatArray)
     t = pose[:, None, :3, 3]
     wanted = moved(true_pose, points) - moved(pose, points) + t
     norm = (t**2).sum() * points.shape[1]
-    return float((wanted * t).sum() / norm) if norm > 0 else 1.0
+    return max(float((wanted * t).sum() / norm), LEAST_SCALE) if norm > 0 else 1.0
 
 
 def rescaled(pose: FloatArray, scale: float) -> FloatArray:
@@ -114,35 +108,3 @@ def rescaled(pose: FloatArray, scale: float) -> FloatArray:
     out = pose.copy()
     out[..., :3, 3] *= scale
     return out
-
-
-def auroc(score: FloatArray, positive: NDArray[np.bool_]) -> float:
-    """Chance that a positive outscores a negative (ties count half); nan if one is missing."""
-    score, positive = np.ravel(score), np.ravel(positive)
-    n = np.count_nonzero(positive)
-    pairs = n * (positive.size - n)
-    if pairs == 0:
-        return float("nan")
-    return float((rankdata(score)[positive].sum() - n * (n + 1) / 2) / pairs)
-
-
-def bootstrap_median(
-    values: FloatArray, resamples: int = 1000, level: float = 0.95, seed: int = 0
-) -> tuple[float, float]:
-    """Interval that holds the median of all ``values`` with probability ``level``.
-
-    Args:
-        values: (N, ...) one row per image; whole rows are drawn again, because the parts of one
-            image err together. Failures may be inf.
-        resamples: How many times N rows are drawn with replacement.
-        level: Of confidence.
-        seed: Of the draws.
-    """
-    n = len(values)
-    rows = values.reshape(n, -1)
-    draws = np.random.default_rng(seed).integers(n, size=(resamples, n))
-    # Ten at a time, for many images make large arrays.
-    drawn = (rows[d].reshape(len(d), -1) for d in np.array_split(draws, -(-resamples // 10)))
-    medians = np.concatenate([np.median(d, axis=1) for d in drawn])
-    low, high = np.quantile(medians, [(1 - level) / 2, (1 + level) / 2], method="nearest")
-    return float(low), float(high)

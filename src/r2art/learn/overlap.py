@@ -48,46 +48,54 @@ def image_box_iou(a: FloatArray, b: FloatArray) -> float:
 
 def box_iou(
     cam_T_a: FloatArray, size_a: FloatArray, cam_T_b: FloatArray, size_b: FloatArray
-) -> float:
-    """Exact intersection over union of two oriented boxes.
+) -> FloatArray:
+    """Exact intersection over union of pairs of oriented boxes.
 
     Args:
-        cam_T_a: (4, 4) pose of a frame at the *centre* of box a, along its edges.
-        size_a: (3,) full extents of box a (m).
-        cam_T_b: (4, 4) the same of box b.
-        size_b: (3,) extents of box b (m).
+        cam_T_a: (*B, 4, 4) poses of frames at the *centre* of box a, along its edges.
+        size_a: (*B, 3) full extents of box a (m).
+        cam_T_b: (*B, 4, 4) the same of box b.
+        size_b: (*B, 3) extents of box b (m).
 
     Returns:
-        A number in [0, 1].
+        (*B,) numbers in [0, 1].
     """
     size_a, size_b = np.maximum(size_a, THINNEST), np.maximum(size_b, THINNEST)
-    a_R_cam = cam_T_a[:3, :3].T
-    a_R_b = a_R_cam @ cam_T_b[:3, :3]
-    offset = a_R_cam @ (cam_T_b[:3, 3] - cam_T_a[:3, 3])
-    tetrahedra = ((_CORNERS * size_b) @ a_R_b.T + offset)[_TETRAHEDRA]
+    a_R_cam = np.swapaxes(cam_T_a[..., :3, :3], -1, -2)
+    b_R_a = np.swapaxes(a_R_cam @ cam_T_b[..., :3, :3], -1, -2)
+    offset = (a_R_cam @ (cam_T_b[..., :3, 3] - cam_T_a[..., :3, 3])[..., None])[..., 0]
+    corners = (_CORNERS * size_b[..., None, :]) @ b_R_a + offset[..., None, :]
+    tetrahedra = corners.reshape(-1, 8, 3)[:, _TETRAHEDRA].reshape(-1, 4, 3)
+    pair = np.repeat(np.arange(len(tetrahedra) // len(_TETRAHEDRA)), len(_TETRAHEDRA))
+    half = size_a.reshape(-1, 3) / 2
     for axis in range(3):
         for sign in (-1.0, 1.0):
-            tetrahedra = _clip(tetrahedra, sign * tetrahedra[..., axis] - size_a[axis] / 2)
-    common = _volume(tetrahedra)
-    union = float(np.prod(size_a) + np.prod(size_b)) - common
-    return min(max(common / union, 0.0), 1.0)
+            height = sign * tetrahedra[..., axis] - half[pair, axis, None]
+            tetrahedra, pair = _clip(tetrahedra, height, pair)
+    common = np.bincount(pair, _volume(tetrahedra), len(half)).reshape(size_a.shape[:-1])
+    union = size_a.prod(axis=-1) + size_b.prod(axis=-1) - common
+    return np.clip(common / union, 0.0, 1.0)
 
 
-def _clip(tetrahedra: FloatArray, height: FloatArray) -> FloatArray:
+def _clip(
+    tetrahedra: FloatArray, height: FloatArray, pair: NDArray[np.intp]
+) -> tuple[FloatArray, NDArray[np.intp]]:
     """(N', 4, 3) tetrahedra filling those parts of (N, 4, 3) ones whose height is below zero.
 
-    ``height`` (N, 4) is the signed distance of each vertex to the plane, outside positive.
+    ``height`` (N, 4) is the signed distance of each vertex to the plane, outside positive;
+    ``pair`` (N,) the pair of boxes that each belongs to, which its pieces inherit.
     """
     order = np.argsort(height, axis=1)
     height = np.take_along_axis(height, order, axis=1)
     tetrahedra = np.take_along_axis(tetrahedra, order[..., None], axis=1)
     inside = np.count_nonzero(height <= 0, axis=1)
-    kept = [tetrahedra[inside == 4]]
+    kept, owners = [tetrahedra[inside == 4]], [pair[inside == 4]]
     for count, pieces in _PIECES.items():
         v, h = tetrahedra[inside == count], height[inside == count]
         for piece in pieces:
             kept.append(np.stack([_on_edge(v, h, i, j) for i, j in piece], axis=1))
-    return np.concatenate(kept)
+            owners.append(pair[inside == count])
+    return np.concatenate(kept), np.concatenate(owners)
 
 
 def _on_edge(vertex: FloatArray, height: FloatArray, i: int, j: int) -> FloatArray:
@@ -98,6 +106,7 @@ def _on_edge(vertex: FloatArray, height: FloatArray, i: int, j: int) -> FloatArr
     return vertex[:, i] + along[:, None] * (vertex[:, j] - vertex[:, i])
 
 
-def _volume(tetrahedra: FloatArray) -> float:
+def _volume(tetrahedra: FloatArray) -> FloatArray:
+    """(N,) of (N, 4, 3)."""
     edges = tetrahedra[:, 1:] - tetrahedra[:, :1]
-    return float(np.abs(np.linalg.det(edges)).sum() / 6)
+    return np.abs(np.linalg.det(edges)) / 6

@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, fields
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,11 +23,12 @@ class Scores:
     """Errors of predictions against the truth; with a leading dimension N, of N images.
 
     Metres and radians. An image without a usable prediction has errors inf and overlaps 0.
+    What ends in ``_aligned`` is measured after the whole predicted scene was scaled about the
+    camera by the image's ``scale``; angles and states of hinges do not feel it.
 
     Attributes:
         add: (*N, P) mean distance of model points.
         add_s: (*N, P) the same to the nearest point.
-        aligned: (*N, P) ``add`` after one factor on all translations of the image.
         rotation: (*N, P) geodesic angle.
         translation: (*N, P) displacement of the centre of the part's box.
         overlap: (*N, P) intersection over union of the part boxes in space.
@@ -34,19 +36,30 @@ class Scores:
         state: (*N, J) error of the joint state (rad or m).
         axis: (*N, J) angle between the joint axes.
         pivot: (*N, J) distance of the pivot from the true axis; nan for prismatic joints.
+        add_aligned: (*N, P) ...
+        add_s_aligned: (*N, P) ...
+        translation_aligned: (*N, P) ...
+        overlap_aligned: (*N, P) ...
+        state_aligned: (*N, J) ...
+        pivot_aligned: (*N, J) ...
         depth: (*N,) relative error of the root's depth.
-        scale: (*N,) the factor behind ``aligned``.
+        scale: (*N,) the factor of the alignment, see `metrics.alignment_scale`.
         box: (*N,) intersection over union of the 2D boxes.
         category: (*N,) 1 where the category was recognised, else 0.
-        diameter: (*N, P) of the model points: not an error, but what errors are compared with.
+        seconds: (*N,) that the prediction took.
+        diameter: (*N, P) of the model points: no error, but what errors are compared with, as
+            are all that follow.
         diagonal: (*N,) of the box around the true instance at rest.
         azimuth: (*N,) where the camera stood: 0 before the object, positive on its right.
+        elevation: (*N,) the same: 0 level with the object's origin, π/2 straight above.
+        visible: (*N, P) share of the part that nothing else hides.
+        box_side: (*N,) longer side of the true 2D box (px).
+        inside: (*N,) share of the true 2D box that is within the image.
         true_state: (*N, J) the true joint states.
     """
 
     add: FloatArray
     add_s: FloatArray
-    aligned: FloatArray
     rotation: FloatArray
     translation: FloatArray
     overlap: FloatArray
@@ -54,19 +67,48 @@ class Scores:
     state: FloatArray
     axis: FloatArray
     pivot: FloatArray
+    add_aligned: FloatArray
+    add_s_aligned: FloatArray
+    translation_aligned: FloatArray
+    overlap_aligned: FloatArray
+    state_aligned: FloatArray
+    pivot_aligned: FloatArray
     depth: FloatArray
     scale: FloatArray
     box: FloatArray
     category: FloatArray
+    seconds: FloatArray
     diameter: FloatArray
     diagonal: FloatArray
     azimuth: FloatArray
+    elevation: FloatArray
+    visible: FloatArray
+    box_side: FloatArray
+    inside: FloatArray
     true_state: FloatArray
 
     @property
     def failed(self) -> NDArray[np.bool_]:
         """(*N,) where there is no usable prediction."""
         return ~np.isfinite(self.depth)
+
+    @property
+    def right(self) -> NDArray[np.bool_]:
+        """(*N, P) which parts are right, see `CORRECT`."""
+        return self.add_aligned <= CORRECT * self.diameter
+
+    @property
+    def all_right(self) -> NDArray[np.bool_]:
+        """(*N,) of which photos all parts are."""
+        return np.asarray(self.right.all(axis=-1))
+
+
+PER_JOINT = ("state", "axis", "pivot", "state_aligned", "pivot_aligned")
+PER_PART = (
+    *("add", "add_s", "rotation", "translation"),
+    *("add_aligned", "add_s_aligned", "translation_aligned"),
+)
+OVERLAPS = ("overlap", "overlap_aligned")
 
 
 def stack(scores: Sequence[Scores]) -> Scores:
@@ -118,105 +160,124 @@ def truth(sample: Sample, category: Category) -> Prediction:
     )
 
 
-def score(sample: Sample, category: Category, prediction: Prediction | None) -> Scores:
+@dataclass(frozen=True)
+class _Scene:
+    """Parts and joints of one object as arrays, in the camera frame; see `Prediction`."""
+
+    pose: FloatArray
+    center: FloatArray
+    size: FloatArray
+    state: FloatArray
+    axis: FloatArray
+    pivot: FloatArray
+    prismatic: NDArray[np.bool_]
+
+    @classmethod
+    def of(cls, prediction: Prediction) -> "_Scene":
+        """What was predicted."""
+        parts, joints = prediction.parts, prediction.joints
+        return cls(
+            pose=np.stack([p.cam_T_part for p in parts]),
+            center=np.stack([p.box_center for p in parts]),
+            size=np.stack([p.box_size for p in parts]),
+            state=np.array([j.state for j in joints], float),
+            axis=np.reshape([j.axis for j in joints], (-1, 3)),
+            pivot=np.reshape([j.pivot for j in joints], (-1, 3)),
+            prismatic=np.array([j.kind == "prismatic" for j in joints], bool),
+        )
+
+    @property
+    def boxes(self) -> FloatArray:
+        """(P, 4, 4) poses of frames at the centres of the part boxes, along their edges."""
+        out = self.pose.copy()
+        out[:, :3, 3] = metrics.moved(self.pose, self.center[:, None])[:, 0]
+        return out
+
+
+def score(
+    sample: Sample,
+    category: Category,
+    prediction: Prediction | None,
+    seconds: float = float("nan"),
+) -> Scores:
     """Compare a prediction with a sample's labels.
 
     Args:
         sample: The truth.
         category: Its prior, whose points are the model points (see `metrics.model_points`).
         prediction: What was predicted; None, or an object of another category, is a failure.
+        seconds: How long that took.
     """
     points = metrics.model_points(category, sample.box_center, sample.box_size)
-    true_pose = sample.cam_T_part
-    facts = {
-        "diameter": metrics.diameter(points),
-        "diagonal": np.asarray(_diagonal(sample)),
-        "azimuth": np.asarray(_azimuth(sample)),
-        "true_state": sample.joint_state,
-        "box": np.asarray(
-            overlap.image_box_iou(np.asarray(prediction.box), sample.box) if prediction else 0.0
-        ),
-    }
+    box = np.asarray(
+        overlap.image_box_iou(np.asarray(prediction.box), sample.box) if prediction else 0.0
+    )
+    known = {"box": box, "seconds": np.asarray(seconds), **_facts(sample, points)}
     if prediction is None or prediction.category != category.name:
-        return _failure(len(category.part_names), facts)
-    pose = np.stack([p.cam_T_part for p in prediction.parts])
-    scale = metrics.alignment_scale(points, pose, true_pose)
-    depth = true_pose[0, 2, 3]
+        return _failure(len(category.part_names), len(category.joints), known)
+    true, said = _Scene.of(truth(sample, category)), _Scene.of(prediction)
+    scale = metrics.alignment_scale(points, said.pose, true.pose)
+    aligned = _Scene.of(prediction.scaled(scale, "prior"))
+    plain_errors, aligned_errors = (_lengths(points, s, true) for s in (said, aligned))
+    iou = overlap.box_iou(
+        *(np.stack([getattr(s, name) for s in (said, aligned)]) for name in ("boxes", "size")),
+        *(np.stack([getattr(true, name)] * 2) for name in ("boxes", "size")),
+    )
     return Scores(
-        add=metrics.add(points, pose, true_pose),
-        add_s=metrics.add_s(points, pose, true_pose),
-        aligned=metrics.add(points, metrics.rescaled(pose, scale), true_pose),
-        rotation=metrics.rotation_error(pose[:, :3, :3], true_pose[:, :3, :3]),
-        translation=metrics.translation_error(sample.box_center, pose, true_pose),
-        overlap=_box_overlap(sample, prediction.parts),
+        **plain_errors,
+        **{f"{name}_aligned": error for name, error in aligned_errors.items()},
+        rotation=metrics.rotation_error(said.pose[:, :3, :3], true.pose[:, :3, :3]),
+        overlap=iou[0],
+        overlap_aligned=iou[1],
+        axis=metrics.axis_error(said.axis, true.axis),
         confidence=np.array([p.confidence for p in prediction.parts]),
-        **_joint_errors(prediction.joints, truth(sample, category).joints),
-        depth=np.asarray(abs(pose[0, 2, 3] - depth) / depth),
+        depth=np.asarray(abs(said.pose[0, 2, 3] / true.pose[0, 2, 3] - 1)),
         scale=np.asarray(scale),
         category=np.asarray(1.0),
-        **facts,
+        **known,
     )
 
 
-def _joint_errors(
-    joints: Sequence[JointEstimate], true_joints: Sequence[JointEstimate]
-) -> dict[str, FloatArray]:
-    axis, true_axis = (np.reshape([j.axis for j in js], (-1, 3)) for js in (joints, true_joints))
-    pivot, true_pivot = (np.reshape([j.pivot for j in js], (-1, 3)) for js in (joints, true_joints))
-    revolute = np.array([j.kind == "revolute" for j in true_joints], bool)
-    off_axis = metrics.pivot_error(pivot, true_pivot, true_axis)
+def _lengths(points: FloatArray, said: _Scene, true: _Scene) -> dict[str, FloatArray]:
+    """The errors that the scale of the scene has a part in; overlaps are computed together."""
+    off_axis = metrics.pivot_error(said.pivot, true.pivot, true.axis)
     return {
-        "state": np.abs([j.state - t.state for j, t in zip(joints, true_joints, strict=True)]),
-        "axis": metrics.axis_error(axis, true_axis),
-        "pivot": np.where(revolute, off_axis, np.nan),
+        "add": metrics.add(points, said.pose, true.pose),
+        "add_s": metrics.add_s(points, said.pose, true.pose),
+        "translation": metrics.translation_error(true.center, said.pose, true.pose),
+        "state": np.abs(said.state - true.state),
+        "pivot": np.where(true.prismatic, np.nan, off_axis),
     }
 
 
-def _box_overlap(sample: Sample, parts: Sequence[PartEstimate]) -> FloatArray:
-    labels = zip(parts, sample.cam_T_part, sample.box_center, sample.box_size, strict=True)
-    return np.array(
-        [
-            overlap.box_iou(
-                _at(part.cam_T_part, part.box_center), part.box_size, _at(pose, center), size
-            )
-            for part, pose, center, size in labels
-        ]
-    )
-
-
-def _at(cam_T_part: FloatArray, center: FloatArray) -> FloatArray:
-    """(4, 4) pose of the frame at ``center`` with the part's axes."""
-    out = cam_T_part.copy()
-    out[:3, 3] += cam_T_part[:3, :3] @ center
-    return out
-
-
-def _diagonal(sample: Sample) -> float:
+def _facts(sample: Sample, points: FloatArray) -> dict[str, FloatArray]:
+    """What errors are compared with, or may depend on."""
     lower = (sample.box_center - sample.box_size / 2).min(axis=0)
     upper = (sample.box_center + sample.box_size / 2).max(axis=0)
-    return float(np.linalg.norm(upper - lower))
+    x, y, z = -sample.cam_T_part[0, :3, :3].T @ sample.cam_T_part[0, :3, 3]
+    extent = sample.box[2:] - sample.box[:2]
+    end = (sample.camera.width, sample.camera.height)
+    within = np.minimum(sample.box[2:], end) - np.maximum(sample.box[:2], 0)
+    return {
+        "diameter": metrics.diameter(points),
+        "diagonal": np.asarray(np.linalg.norm(upper - lower)),
+        "azimuth": np.asarray(np.arctan2(x, z)),
+        "elevation": np.asarray(np.arctan2(y, np.hypot(x, z))),
+        "visible": sample.visible,
+        "box_side": np.asarray(extent.max()),
+        "inside": np.asarray(np.maximum(within, 0).prod() / extent.prod()),
+        "true_state": sample.joint_state,
+    }
 
 
-def _azimuth(sample: Sample) -> float:
-    x, _, z = -sample.cam_T_part[0, :3, :3].T @ sample.cam_T_part[0, :3, 3]
-    return float(np.arctan2(x, z))
-
-
-def _failure(num_parts: int, facts: dict[str, FloatArray]) -> Scores:
-    part, joint = np.full(num_parts, np.inf), np.full(num_parts - 1, np.inf)
+def _failure(parts: int, joints: int, known: dict[str, FloatArray]) -> Scores:
+    errors: dict[str, Any] = dict.fromkeys(PER_PART, np.full(parts, np.inf))
+    errors |= dict.fromkeys(PER_JOINT, np.full(joints, np.inf))
+    errors |= dict.fromkeys((*OVERLAPS, "confidence"), np.zeros(parts))
     return Scores(
-        add=part,
-        add_s=part,
-        aligned=part,
-        rotation=part,
-        translation=part,
-        overlap=np.zeros(num_parts),
-        confidence=np.zeros(num_parts),
-        state=joint,
-        axis=joint,
-        pivot=joint,
+        **errors,
         depth=np.asarray(np.inf),
         scale=np.asarray(np.nan),
         category=np.asarray(0.0),
-        **facts,
+        **known,
     )

@@ -14,6 +14,7 @@ from r2art.core.image import read_image
 from r2art.core.legend import state_text
 from r2art.core.palette import AMBER, CARD, GREY, RIM, WHITE, Color, part_color
 from r2art.core.pen import font
+from r2art.core.prediction import JointEstimate
 from r2art.data.sample import Sample
 from r2art.data.source import Source
 from r2art.learn.scores import truth
@@ -101,13 +102,15 @@ def _parts(sample: Sample, category: Category) -> list[Word]:
 
 def _joints(sample: Sample, category: Category) -> list[Word]:
     """How far each joint is open, of how far it may be."""
-    return [
-        (
-            f"{joint.name} {state_text(joint)} of {state_text(joint, joint.limits[1])}",
-            part_color(j + 1),
-        )
-        for j, joint in enumerate(truth(sample, category).joints)
-    ]
+    joints = truth(sample, category).joints
+    return [(f"{joint.name} {_opened(joint)}", part_color(j + 1)) for j, joint in enumerate(joints)]
+
+
+def _opened(joint: JointEstimate) -> str:
+    low, high = (state_text(joint, limit) for limit in joint.limits)
+    if joint.limits[0] == 0:
+        return f"{state_text(joint)} of {high}"
+    return f"{state_text(joint)} in {low} to {high}"
 
 
 def _captioned(picture: Image.Image | None, rows: list[list[Word]], width: int) -> Image.Image:

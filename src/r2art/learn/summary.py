@@ -9,8 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from r2art.core.category import Category, JointKind
-from r2art.learn import metrics
-from r2art.learn.scores import CORRECT, Scores
+from r2art.learn import statistics
+from r2art.learn.calibration import Calibration, calibrate
+from r2art.learn.scores import Scores
+from r2art.learn.statistics import Interval
 
 FloatArray = NDArray[np.floating]
 
@@ -26,36 +28,46 @@ class Spread:
 
     Attributes:
         median: Of all values.
-        low: Lower end of the bootstrap 95 % interval of the median.
-        high: Its upper end.
         mean: Of the finite values; nan where there are none.
         p90: 90th percentile (a value that occurs, not interpolated).
     """
 
-    median: float
-    low: float
-    high: float
-    mean: float
+    median: Interval
+    mean: Interval
     p90: float
 
 
 @dataclass(frozen=True, kw_only=True)
-class PartSummary:
-    """One part, or all of them together; see `Scores` for the measures.
+class PoseSummary:
+    """How far parts are off; see `Scores` for the measures.
 
-    ``add_share`` and ``aligned_share`` are in units of the object's diagonal.
+    Attributes:
+        add: Mean distance of model points.
+        add_s: The same to the nearest point.
+        add_share: ``add`` in units of the object's diagonal.
+        translation: Displacement of the centre of the part's box.
+        overlap: Intersection over union of the part boxes in space.
+        auc_100mm: Area under the recall curve of ``add`` to `AUC_LIMIT`.
+        auc_diameter: The same of ``add`` in units of the part's diameter, to `AUC_DIAMETER`.
     """
 
-    name: str
     add: Spread
     add_s: Spread
     add_share: Spread
-    aligned_share: Spread
-    rotation: Spread
     translation: Spread
     overlap: Spread
-    auc_100mm: float
-    auc_diameter: float
+    auc_100mm: Interval
+    auc_diameter: Interval
+
+
+@dataclass(frozen=True, kw_only=True)
+class PartSummary:
+    """One part, or all of them together, as predicted and with the scale aligned."""
+
+    name: str
+    rotation: Spread
+    plain: PoseSummary
+    aligned: PoseSummary
     confidence_auroc: float
 
 
@@ -66,8 +78,10 @@ class JointSummary:
     name: str
     kind: JointKind
     state: Spread
+    state_aligned: Spread
     axis: Spread
     pivot: Spread | None
+    pivot_aligned: Spread | None
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -84,6 +98,8 @@ class Summary:
         depth: Relative error of the root's depth.
         box: Intersection over union of the 2D box.
         category_accuracy: Share of images whose category was recognised.
+        calibration: What the confidence is worth.
+        seconds: Time that a prediction took.
     """
 
     images: int
@@ -95,19 +111,28 @@ class Summary:
     depth: Spread
     box: Spread
     category_accuracy: float
+    calibration: Calibration
+    seconds: Spread
 
 
 def spread(values: FloatArray) -> Spread:
     """Summarise (N, ...) values of N images."""
-    low, high = metrics.bootstrap_median(values)
-    finite = values[np.isfinite(values)]
     return Spread(
-        median=float(np.median(values)),
-        low=low,
-        high=high,
-        mean=float(finite.mean()) if finite.size else float("nan"),
+        median=_with_interval(float(np.median(values)), statistics.bootstrap_median(values)),
+        mean=mean(values),
         p90=float(np.quantile(values, 0.9, method="higher")),
     )
+
+
+def mean(values: FloatArray) -> Interval:
+    """Mean of the finite ones of (N, ...) values of N images."""
+    finite = values[np.isfinite(values)]
+    value = float(finite.mean()) if finite.size else float("nan")
+    return _with_interval(value, statistics.bootstrap_mean(values))
+
+
+def _with_interval(value: float, ends: tuple[float, float]) -> Interval:
+    return Interval(value=value, low=ends[0], high=ends[1])
 
 
 def summarise(scores: Scores, category: Category) -> Summary:
@@ -129,34 +154,48 @@ def summarise(scores: Scores, category: Category) -> Summary:
         depth=spread(scores.depth),
         box=spread(scores.box),
         category_accuracy=float(scores.category.mean()),
+        calibration=calibrate(scores),
+        seconds=spread(scores.seconds),
     )
 
 
 def _summarise_parts(scores: Scores, name: str, parts: list[int]) -> PartSummary:
-    add, aligned = scores.add[:, parts], scores.aligned[:, parts]
-    diameter, diagonal = scores.diameter[:, parts], scores.diagonal[:, None]
+    confidence, right = scores.confidence[:, parts], scores.right[:, parts]
     return PartSummary(
         name=name,
-        add=spread(add),
-        add_s=spread(scores.add_s[:, parts]),
-        add_share=spread(add / diagonal),
-        aligned_share=spread(aligned / diagonal),
         rotation=spread(scores.rotation[:, parts]),
-        translation=spread(scores.translation[:, parts]),
-        overlap=spread(scores.overlap[:, parts]),
-        auc_100mm=metrics.auc(add, AUC_LIMIT),
-        auc_diameter=metrics.auc(add / diameter, AUC_DIAMETER),
-        confidence_auroc=metrics.auroc(scores.confidence[:, parts], aligned <= CORRECT * diameter),
+        plain=_summarise_poses(scores, "", parts),
+        aligned=_summarise_poses(scores, "_aligned", parts),
+        confidence_auroc=statistics.auroc(confidence, right),
+    )
+
+
+def _summarise_poses(scores: Scores, suffix: str, parts: list[int]) -> PoseSummary:
+    def errors(name: str) -> FloatArray:
+        return getattr(scores, name + suffix)[:, parts]
+
+    add, diameter = errors("add"), scores.diameter[:, parts]
+    return PoseSummary(
+        add=spread(add),
+        add_s=spread(errors("add_s")),
+        add_share=spread(add / scores.diagonal[:, None]),
+        translation=spread(errors("translation")),
+        overlap=spread(errors("overlap")),
+        auc_100mm=mean(statistics.recall_area(add, AUC_LIMIT)),
+        auc_diameter=mean(statistics.recall_area(add / diameter, AUC_DIAMETER)),
     )
 
 
 def _summarise_joints(
     scores: Scores, name: str, kind: JointKind, joints: list[int]
 ) -> JointSummary:
+    turns = kind == "revolute"
     return JointSummary(
         name=name,
         kind=kind,
         state=spread(scores.state[:, joints]),
+        state_aligned=spread(scores.state_aligned[:, joints]),
         axis=spread(scores.axis[:, joints]),
-        pivot=spread(scores.pivot[:, joints]) if kind == "revolute" else None,
+        pivot=spread(scores.pivot[:, joints]) if turns else None,
+        pivot_aligned=spread(scores.pivot_aligned[:, joints]) if turns else None,
     )
