@@ -26,14 +26,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from r2art.core.camera import Camera
-from r2art.data import rooms, shards, sky
+from r2art.data import shards
 from r2art.data.categories import CATEGORIES, make_instance, staging
 from r2art.data.pose import posed_vertices, root_T_part, transformed
-from r2art.data.render import Scene, render, render_labels
-from r2art.data.scene import make_sample
+from r2art.data.rendering.render import Scene, render, render_labels
+from r2art.data.scenes import rooms, sky
+from r2art.data.scenes.scene import make_sample
+from r2art.data.scenes.surroundings import Surroundings
 from r2art.data.shape import Surface
 from r2art.data.staging import place_object
-from r2art.data.surroundings import Surroundings
 from r2art.learn.results import write_section
 
 SIZES = ((224, 224), (640, 480))

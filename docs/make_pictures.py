@@ -30,12 +30,12 @@ from r2art.data.models.imported import imported
 from r2art.data.objects import Objects, Procedural, instance_seed
 from r2art.data.pose import posed_vertices, root_T_part, transformed
 from r2art.data.prior import category_prior
-from r2art.data.render import GAMMA, Light, Scene, render
+from r2art.data.rendering.render import GAMMA, Light, Scene, render
 from r2art.data.sample import Sample
-from r2art.data.scene import make_sample
+from r2art.data.scenes.scene import make_sample
+from r2art.data.scenes.surroundings import Surroundings
 from r2art.data.shape import Instance
 from r2art.data.staging import View, place_object
-from r2art.data.surroundings import Surroundings
 from r2art.data.synth import Synth, synthesise
 from r2art.learn.scores import truth
 

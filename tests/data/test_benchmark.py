@@ -21,12 +21,12 @@ from r2art.data.benchmark.manifest import verify
 from r2art.data.benchmark.plan import CUT, HIDDEN, Benchmark, members
 from r2art.data.benchmark.scaled import ARTIMAGE, OTHERS, Scaled, Size, diagonal, scaled
 from r2art.data.categories import CATEGORIES, make_instance, staging
+from r2art.data.checking.sample_faults import sample_faults
 from r2art.data.models import cache
 from r2art.data.objects import Procedural
 from r2art.data.pose import posed_vertices, root_T_part
 from r2art.data.prior import category_prior
 from r2art.data.sample import Sample
-from r2art.data.sample_faults import sample_faults
 from r2art.data.shape import Instance
 from r2art.data.shards import Dataset
 from r2art.data.source import Fault

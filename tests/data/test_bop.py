@@ -15,8 +15,8 @@ from r2art.data.categories import make_instance, staging
 from r2art.data.objects import Procedural, instance_seed
 from r2art.data.prior import category_prior
 from r2art.data.sample import Sample
-from r2art.data.scene import make_sample
-from r2art.data.surroundings import Surroundings
+from r2art.data.scenes.scene import make_sample
+from r2art.data.scenes.surroundings import Surroundings
 
 N, SIZE = 3, 96
 PARTS = ("cabinet", "drawer_top", "drawer_middle", "drawer_bottom")

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from r2art.data.camera_effects import CLEAN, developed
-from r2art.data.render import GAMMA
+from r2art.data.rendering.camera_effects import CLEAN, developed
+from r2art.data.rendering.render import GAMMA
 
 SIZE = 64
 SEEDS = range(60)

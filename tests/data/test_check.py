@@ -15,7 +15,7 @@ from PIL import Image
 
 from r2art.core.errors import InputError
 from r2art.data import objects, prior, shards, synth
-from r2art.data.check import check
+from r2art.data.checking.check import check
 from r2art.data.hashes import SUMS
 from r2art.data.objects import Procedural
 from r2art.data.shards import MANIFEST, PRIOR, Dataset

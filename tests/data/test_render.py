@@ -8,7 +8,7 @@ import trimesh
 import warp as wp
 
 from r2art.core.camera import Camera
-from r2art.data.render import (
+from r2art.data.rendering.render import (
     GAMMA,
     Light,
     Scene,

@@ -9,12 +9,12 @@ from scipy.spatial import cKDTree
 
 from r2art.data.categories import CATEGORIES, make_instance, staging
 from r2art.data.pose import posed_vertices, root_T_part, transformed
-from r2art.data.render import render_labels
+from r2art.data.rendering.render import render_labels
 from r2art.data.sample import BACKDROP, Sample
-from r2art.data.scene import LEAST_SEEN, make_sample
+from r2art.data.scenes.scene import LEAST_SEEN, make_sample
+from r2art.data.scenes.surroundings import Surroundings
 from r2art.data.shape import Instance
 from r2art.data.staging import Staging, View, facing_rotation, place_object
-from r2art.data.surroundings import Surroundings
 
 SIZE = 128
 FRONTAL = View(azimuth=0, elevation=0, roll=0, fov=0.8, fill=0.7, place=(0.5, 0.5))

@@ -20,7 +20,7 @@ from r2art.data import filling, objects, prior, shards, synth
 from r2art.data.filling import Share
 from r2art.data.hashes import SUMS
 from r2art.data.objects import SPLITS, Procedural, instance_seed
-from r2art.data.surroundings import read_picture
+from r2art.data.scenes.surroundings import read_picture
 from r2art.data.synth import Synth, synthesise
 
 PER_SHARD, PRIOR_OF = 4, 2

@@ -31,10 +31,31 @@ def test_a_batch_depends_on_its_step_alone(photos):
         assert not torch.equal(different[1].image, crops.image)
 
 
+def test_the_batch_of_two_processes_is_that_of_one_with_two_shares(photos):
+    halves = [Batches(RECIPE, photos, None, torch.device("cpu"), rank)(3) for rank in (0, 1)]
+    recipe = replace(RECIPE, shares=2)
+    name, crops, views, category = Batches(recipe, photos, None, torch.device("cpu"), 0)(3)
+    assert halves[0][0] == halves[1][0] == name
+    for k, whole in ((1, crops), (2, views)):
+        for field, value in vars(whole).items():
+            parts = torch.cat([getattr(half[k], field) for half in halves])
+            assert torch.equal(value, parts), field
+    assert torch.equal(category, torch.cat([half[3] for half in halves]))
+    further = Batches(recipe, photos, None, torch.device("cpu"), 1)(3)
+    assert not torch.equal(further[1].index, crops.index)
+
+
+def test_crops_and_views_know_their_photos(photos):
+    recipe = replace(RECIPE, offline_features=True)  # no augmentation
+    name, crops, _, _ = Batches(recipe, photos, None, torch.device("cpu"), 0)(2)
+    assert torch.equal(crops.cam_T_part, photos[name].cam_T_part[crops.index])
+    assert torch.equal(crops.box_size, photos[name].box_size[crops.index])
+
+
 def test_categories_take_turns_in_proportion_to_their_parts(photos):
-    recipe = replace(RECIPE, crops=1, photos=2, input_size=32)
-    batches = Batches(recipe, photos, None, torch.device("cpu"), 0)
-    turns = [batches(step)[0] for step in range(240)]
+    batches = Batches(RECIPE, photos, None, torch.device("cpu"), 0)
+    turns = [batches.turn(step) for step in range(240)]
+    assert turns[7] == batches(7)[0]
     parts = {name: len(p.category.part_names) for name, p in photos.items()}
     for name, count in parts.items():
         assert turns.count(name) / 240 == pytest.approx(count / sum(parts.values()), abs=0.1)

@@ -8,22 +8,24 @@ import torch
 from r2art.learn.augment import Crops, Views, crops
 from r2art.learn.chance import Chance
 from r2art.learn.objective import (
+    CascadeOptions,
     Weights,
     cascade_term,
     corners_in_camera,
     is_right,
     objective,
     part_classes,
+    pose_losses,
     true_shape,
 )
 from r2art.method import se3
 from r2art.method.depth import translation_targets, viewing_ray
 from r2art.method.estimate import estimate, share_from_state
 from r2art.method.kinematics import forward_kinematics
-from r2art.method.network import RawEstimate, TrainingOutput
+from r2art.method.outputs import NodePoses, RawEstimate, TrainingOutput
 from r2art.method.projection import box_of_points, project
 from r2art.method.rotation import egocentric_to_allocentric
-from r2art.method.shape import Prior, deformation_of
+from r2art.method.shape import Prior, Shape, deformation_of
 
 SURE = 30.0
 PIXELS = 56
@@ -66,7 +68,8 @@ def some_views(n: int = 6) -> tuple[Views, torch.Tensor]:
     corner = 10 + 20 * torch.rand(n, 2)
     box = torch.cat([corner, corner + 10 + 20 * torch.rand(n, 2)], dim=1)
     seen = (torch.rand(n, 1, 8, 8) < 0.3).float()
-    return Views(image=torch.zeros(n, 3, 64, 64), seen=seen, box=box), torch.arange(n) % 2
+    image = torch.zeros(n, 3, 64, 64)
+    return Views(index=torch.arange(n), image=image, seen=seen, box=box), torch.arange(n) % 2
 
 
 def right_output(raw: RawEstimate, true: Crops, views: Views, category) -> TrainingOutput:
@@ -93,11 +96,58 @@ def test_every_loss_vanishes_at_the_truth(truth):
     prior, true = truth
     views, category = some_views()
     output = right_output(raw_truth(prior, true), true, views, category)
-    total, terms = objective(prior, output, true, views, category, Weights(), None)
+    total, terms, _ = objective(prior, output, true, views, category, Weights(), None)
     assert set(terms) == {f.name for f in fields(Weights)} - {"cascade"}
     for name, value in terms.items():
         assert abs(float(value)) < 1e-4, name
     assert abs(float(total)) < 1e-3
+
+
+def part_centric_truth(prior: Prior, true: Crops, shape: Shape) -> RawEstimate:
+    """What a part-centric network would have to say."""
+    R, box, K = true.cam_T_part[:, 1:, :3, :3], true.box[:, None], true.K[:, None]
+    center = se3.transform(true.cam_T_part, shape.box_center[:, :, None])[:, 1:, 0]
+    facing = egocentric_to_allocentric(R, viewing_ray(box, K))
+    phi, log_lambda = translation_targets(center, box, K, prior.frontal_area)
+    nodes = NodePoses(up=facing[..., 1], right=facing[..., 0], phi=phi, log_lambda=log_lambda)
+    return replace(raw_truth(prior, true), joint_share=torch.zeros(8, 1), nodes=nodes)
+
+
+def test_every_part_centric_loss_vanishes_at_the_truth(truth):
+    """All the losses but that of the joints, which are not asked; their states come out right."""
+    prior, true = truth
+    views, category = some_views()
+    raw = part_centric_truth(prior, true, true_shape(prior, true))
+    output = right_output(raw, true, views, category)
+    _, terms, _ = objective(prior, output, true, views, category, Weights(), None)
+    assert set(terms) == {f.name for f in fields(Weights)} - {"cascade", "joint"}
+    for name, value in terms.items():
+        assert abs(float(value)) < 1e-4, name
+    found = estimate(prior, raw, true.box, true.K)
+    torch.testing.assert_close(found.joint_state, true.joint_state, rtol=0, atol=1e-3)
+
+
+def test_part_centric_losses_see_every_part(truth):
+    prior, true = truth
+    shape = true_shape(prior, true)
+    right = part_centric_truth(prior, true, shape)
+    assert right.nodes is not None
+    for name, wrong in (("direction", "up"), ("offset", "phi"), ("depth", "log_lambda")):
+        for j in range(right.nodes.phi.shape[1]):
+            value = getattr(right.nodes, wrong).clone()
+            value[:, j] += 0.3
+            raw = replace(right, nodes=replace(right.nodes, **{wrong: value}))
+            assert pose_losses(prior, raw, true, shape)[name] > 1e-3, (name, j)
+
+
+def test_a_network_without_dense_heads_has_no_dense_losses(truth):
+    prior, true = truth
+    views, category = some_views()
+    output = right_output(raw_truth(prior, true), true, views, category)
+    output = replace(output, mask_logits=None, photo_mask_logits=None)
+    _, terms, _ = objective(prior, output, true, views, category, Weights(), PIXELS)
+    assert {"part_mask", "photo_mask"}.isdisjoint(terms)
+    assert {"cascade", "found_box", "joint"} <= set(terms)
 
 
 def test_the_true_hinge_is_nearly_where_the_deformed_prior_has_it(photos):
@@ -117,7 +167,7 @@ def test_the_total_is_the_weighted_sum_of_the_terms(truth):
     views, category = some_views()
     output = random_output(prior, true, views)
     weights = Weights(**{f.name: 0.1 * (i + 1) for i, f in enumerate(fields(Weights))})
-    total, terms = objective(prior, output, true, views, category, weights, PIXELS)
+    total, terms, _ = objective(prior, output, true, views, category, weights, PIXELS)
     expected = sum(getattr(weights, f.name) * terms[f.name] for f in fields(Weights))
     torch.testing.assert_close(total, expected)
     stages = [terms.pop(f"stage_{s}") for s in (1, 2, 3)]
@@ -128,7 +178,9 @@ def test_the_total_is_the_weighted_sum_of_the_terms(truth):
 def random_output(prior: Prior, true: Crops, views: Views, spread: float = 1.0) -> TrainingOutput:
     """As far off as an untrained network is, with a gradient."""
     raw = raw_truth(prior, true)
-    noisy = {k: v + spread * 0.3 * torch.randn_like(v) for k, v in vars(raw).items()}
+    noisy = {
+        k: v + spread * 0.3 * torch.randn_like(v) for k, v in vars(raw).items() if k != "nodes"
+    }
     noisy["center_shift"] = raw.center_shift + 0.03 * torch.randn_like(raw.center_shift)
     raw = RawEstimate(**{k: v.detach().requires_grad_() for k, v in noisy.items()})
     n, num_parts = true.box_size.shape[:2]
@@ -151,10 +203,11 @@ def test_every_output_is_taught_with_finite_gradients(truth, pixels):
     prior, true = truth
     views, category = some_views()
     output = random_output(prior, true, views)
-    total, terms = objective(prior, output, true, views, category, Weights(), pixels)
+    total, terms, _ = objective(prior, output, true, views, category, Weights(), pixels)
     assert all(torch.isfinite(v) for v in terms.values())
     total.backward()
-    leaves = {**vars(output.raw), **{k: v for k, v in vars(output).items() if k != "raw"}}
+    leaves = {k: v for k, v in vars(output.raw).items() if k != "nodes"}
+    leaves |= {k: v for k, v in vars(output).items() if k != "raw"}
     for name, leaf in leaves.items():
         assert torch.isfinite(leaf.grad).all(), name
         assert leaf.grad.abs().max() > 0, name
@@ -166,7 +219,7 @@ def test_the_cascade_is_least_at_the_truth(truth):
 
     def loss(**changed):
         found = estimate(prior, replace(raw, **changed), true.box, true.K)
-        return cascade_term(found, true, shape, PIXELS)
+        return cascade_term(found, true, shape, PIXELS, CascadeOptions())
 
     least, stage = loss()
     assert torch.all(stage == 3)

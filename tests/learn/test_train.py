@@ -2,7 +2,7 @@
 
 import json
 import math
-from dataclasses import replace
+from dataclasses import asdict, replace
 from itertools import pairwise
 from pathlib import Path
 
@@ -21,8 +21,9 @@ from r2art.learn.batches import Batches
 from r2art.learn.journal import CURVES, Journal, read_log
 from r2art.learn.memory import Photos
 from r2art.learn.objective import Weights
-from r2art.learn.recipes import RECIPES, Recipe
-from r2art.learn.train import Training, learning_rate_share, make_optimizer, train
+from r2art.learn.recipes import RECIPES, Recipe, recipe_of
+from r2art.learn.step import learning_rate_share
+from r2art.learn.train import Training, make_optimizer, train
 from r2art.method.network import R2ArtNet
 
 SMALL = {
@@ -84,7 +85,7 @@ def test_a_run_of_another_network_is_no_start(job, datasets, tmp_path):
     with pytest.raises(InputError, match="another network"):
         train(wider)
     with pytest.raises(ModelError, match="holds no trained run"):
-        train(replace(job, init=tmp_path / "none"))
+        train(replace(job, init=tmp_path))
 
 
 def log_of(folder: Path) -> list[dict]:
@@ -162,7 +163,7 @@ def copy_of_run(run: Path, tmp_path: Path) -> Path:
 
 def loaded_run(folder: Path) -> checkpoint.Run:
     about = json.loads((folder / checkpoint.RUN).read_text())
-    recipe = Recipe(**about["recipe"] | {"weights": Weights()})
+    recipe = recipe_of(about["recipe"])
     average, _ = checkpoint.load_network(folder)
     priors = tuple(Category.load(folder / f"{name}.npz") for name in about["categories"])
     network = R2ArtNet(priors, **SMALL)
@@ -276,12 +277,19 @@ def test_every_parameter_is_optimised_once_and_decays_if_it_is_a_weight(photos):
 @pytest.mark.parametrize("name", sorted(RECIPES))
 def test_every_recipe_builds_a_network_and_takes_its_number_of_steps(name, photos):
     recipe = RECIPES[name](7)
-    assert recipe.steps == 7
-    assert recipe.cascade_from < 7
-    R2ArtNet(
-        tuple(p.category for p in photos.values()),
-        recipe.backbone,
-        recipe.input_size,
-        recipe.width,
-        recipe.backbone_options,
-    )
+    assert recipe.steps == recipe.for_photos(1000).steps == 7
+    assert recipe.cascade_from is None or recipe.cascade_from < 7
+    network = recipe.make(tuple(p.category for p in photos.values()))
+    assert network.input_size == recipe.input_size
+    assert recipe_of(json.loads(json.dumps(asdict(recipe)))) == recipe
+
+
+def test_the_papers_recipe_goes_200_times_through_the_data():
+    recipe = RECIPES["paper"]().for_photos(1000, processes=2)
+    assert recipe.steps * 2 * recipe.crops == pytest.approx(200 * 1000, abs=64)
+
+
+def test_a_run_older_than_an_option_has_its_default():
+    old = {"backbone": "resnet18", "steps": 9, "weights": {"depth": 3.0}, "forgotten": 1}
+    recipe = recipe_of(old)
+    assert recipe == Recipe(backbone="resnet18", steps=9, weights=replace(Weights(), depth=3.0))

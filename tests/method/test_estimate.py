@@ -1,13 +1,21 @@
 """The composition: raw numbers to poses, for every batch shape."""
 
+from dataclasses import replace
+
 import pytest
 import torch
 
 from r2art.method import se3
 from r2art.method.depth import translation_targets, viewing_ray
-from r2art.method.estimate import estimate, share_from_state, state_from_share, within_limits
+from r2art.method.estimate import (
+    Estimate,
+    estimate,
+    share_from_state,
+    state_from_share,
+    within_limits,
+)
 from r2art.method.kinematics import joint_motion
-from r2art.method.network import RawEstimate
+from r2art.method.outputs import NodePoses, RawEstimate
 from r2art.method.rotation import egocentric_to_allocentric
 from r2art.method.shape import Prior
 
@@ -77,6 +85,41 @@ def test_every_pose_is_rigid_and_moved_by_its_joint_alone(prior, batch, view):
         )
         pivot = found.shape.kinematics.pivot.expand(*batch, -1, 3)[..., joint, None, :]
         torch.testing.assert_close(back, pivot)
+
+
+def as_part_centric(prior: Prior, raw: RawEstimate, found: Estimate, box, K) -> RawEstimate:
+    """The same poses, said part by part."""
+    R = found.cam_T_part[..., 1:, :3, :3]
+    center = se3.transform(found.cam_T_part, found.shape.box_center[..., None, :])[..., 1:, 0, :]
+    box, K = box[..., None, :], K[..., None, :, :]
+    facing = egocentric_to_allocentric(R, viewing_ray(box, K))
+    phi, log_lambda = translation_targets(center, box, K, prior.frontal_area)
+    nodes = NodePoses(up=2 * facing[..., 1], right=facing[..., 0], phi=phi, log_lambda=log_lambda)
+    return replace(raw, nodes=nodes)
+
+
+def test_part_centric_numbers_give_the_poses_they_describe(prior, batch, view):
+    raw = random_raw(prior, batch)
+    found = estimate(prior, raw, *view)
+    again = estimate(prior, as_part_centric(prior, raw, found, *view), *view)
+    torch.testing.assert_close(again.cam_T_part, found.cam_T_part)
+    torch.testing.assert_close(again.joint_state, found.joint_state)
+    torch.testing.assert_close(again.axis, found.axis)
+    torch.testing.assert_close(again.pivot, found.pivot)
+
+
+def test_parts_that_are_posed_one_by_one_need_no_joint(prior, batch, view):
+    """Moving one part's numbers moves that part alone; no joint holds it."""
+    raw = random_raw(prior, batch)
+    raw = as_part_centric(prior, raw, estimate(prior, raw, *view), *view)
+    before = estimate(prior, raw, *view).cam_T_part
+    assert raw.nodes is not None
+    phi = raw.nodes.phi.clone()
+    phi[..., 0, :] += 0.3
+    after = estimate(prior, replace(raw, nodes=replace(raw.nodes, phi=phi)), *view).cam_T_part
+    same = (before == after).flatten(-2).all(-1)
+    assert same[..., [0, 2, 3]].all()
+    assert not same[..., 1].any()
 
 
 def test_a_state_is_a_share_of_its_range(prior, batch):

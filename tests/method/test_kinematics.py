@@ -1,6 +1,7 @@
 from dataclasses import replace
 
 import numpy as np
+import pytest
 import roma
 import torch
 from scipy.linalg import expm
@@ -10,8 +11,10 @@ from r2art.method.kinematics import (
     KinematicModel,
     forward_kinematics,
     joint_motion,
+    joint_states,
     joints_in_camera,
 )
+from r2art.method.shape import Deformation, Prior, deform
 
 f64 = torch.float64
 
@@ -31,7 +34,14 @@ def exponential_of_twist(axis: np.ndarray, pivot: np.ndarray, prismatic: bool, s
     return expm(state * twist)
 
 
-def test_forward_kinematics_is_a_product_of_exponentials(arm, batch):
+def chain(arm: KinematicModel) -> KinematicModel:
+    """The same six joints one after the other, as of a robot arm of seven parts."""
+    return replace(arm, parent=tuple(range(6)))
+
+
+@pytest.mark.parametrize("shape", [lambda arm: arm, chain], ids=["tree", "chain"])
+def test_forward_kinematics_is_a_product_of_exponentials(arm, batch, shape):
+    arm = shape(arm)
     joint_state = torch.randn(*batch, 6, dtype=f64)
     actual = forward_kinematics(arm, joint_state).reshape(-1, 7, 4, 4)
     for poses, state in zip(actual, joint_state.reshape(-1, 6), strict=True):
@@ -87,6 +97,48 @@ def test_moving_the_camera_leaves_the_joint_states(arm):
     angle = se3.rotation_angle(torch.eye(3, dtype=f64), parent_T_part[:, :3, :3])
     distance = (parent_T_part[:, :3, 3] * arm.axis).sum(-1)
     torch.testing.assert_close(torch.where(arm.prismatic, distance, angle), joint_state)
+
+
+def test_joint_states_undo_the_kinematics(arm, batch):
+    """Also beyond half a turn, as long as it is the range that lies there."""
+    limits = torch.tensor([[1.0, 5.0]], dtype=f64).expand(6, 2)
+    for joints in (arm, chain(arm), replace(arm, limits=limits)):
+        state = joints.limits[:, 0] + 4 * torch.rand(*batch, 6, dtype=f64)
+        cam_T_part = random_pose() @ forward_kinematics(joints, state)
+        torch.testing.assert_close(joint_states(cam_T_part, joints), state)
+
+
+def test_the_state_of_a_pose_that_no_joint_made_is_the_nearest(arm, batch):
+    cam_T_part = se3.from_rotation_translation(
+        roma.random_rotmat((*batch, 7), dtype=f64), torch.randn(*batch, 7, 3, dtype=f64)
+    )
+    state = joint_states(cam_T_part, arm)
+    parent_T_part = se3.inverse(cam_T_part[..., list(arm.parent), :, :]) @ cam_T_part[..., 1:, :, :]
+
+    def distance(change: float):
+        turned = joint_motion(arm, state + change)
+        away = se3.rotation_angle(turned[..., :3, :3], parent_T_part[..., :3, :3])
+        return away[..., ~arm.prismatic]
+
+    for change in (-2.0, -0.01, 0.01, 2.0):
+        assert (distance(0.0) <= distance(change)).all()
+
+
+def test_a_pivot_moves_with_the_part_that_it_moves(chest, batch):
+    """Its place within the part's box, in shares of the box, is that in the prior."""
+    prior = Prior.from_category(chest, dtype=f64)
+    log_scale, shift = torch.randn(2, *batch, 4, 3, dtype=f64)
+    shift[..., 0, :] = 0
+    shape = deform(prior, Deformation(log_scale=log_scale, center_shift=shift))
+
+    def share(of):
+        return (of.kinematics.pivot - of.box_center[..., 1:, :]) / of.box_size[..., 1:, :]
+
+    torch.testing.assert_close(share(shape), share(prior).expand(*batch, 3, 3))
+    state = torch.rand(*batch, 3, dtype=f64)
+    moved = joint_motion(shape.kinematics, state)[..., 0, :, :]  # the hinge
+    pivot = shape.kinematics.pivot[..., :1, :]
+    torch.testing.assert_close(se3.transform(moved, pivot), pivot)
 
 
 def test_joints_in_the_camera_are_the_lines_the_parts_move_along(arm, batch):

@@ -132,7 +132,7 @@ def check(
             diagonal. Labels made by hand need more, 0.02 say.
         json: Print every fault as JSON instead of a table.
     """
-    from r2art.data.check import check as faults_of
+    from r2art.data.checking.check import check as faults_of
     from r2art.data.source import Fault
 
     if not 0 < tolerance < 1:

@@ -22,7 +22,7 @@ from scipy.spatial.distance import pdist
 from r2art.core.camera import Camera
 from r2art.core.category import Category
 from r2art.core.errors import InputError, UsageError
-from r2art.data.boxes import corners
+from r2art.data.checking.boxes import corners
 from r2art.data.sample import Sample
 from r2art.data.shards import DEPTH_UNIT, depth_steps
 from r2art.data.source import Source

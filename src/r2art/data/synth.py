@@ -18,8 +18,8 @@ from r2art.data.filling import WHOLE, Share
 from r2art.data.hashes import folder_hash
 from r2art.data.objects import Objects, Split, instance_seed
 from r2art.data.sample import Sample
-from r2art.data.scene import Arrange, make_sample
-from r2art.data.surroundings import Surroundings
+from r2art.data.scenes.scene import Arrange, make_sample
+from r2art.data.scenes.surroundings import Surroundings
 
 SHARD_SIZE = shards.SHARD_SIZE
 

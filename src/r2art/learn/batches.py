@@ -1,8 +1,9 @@
 """What a step is trained on: datasets, backdrops, and the batch of every step."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from pathlib import Path
+from typing import TypeVar
 
 import numpy as np
 import torch
@@ -10,12 +11,14 @@ from torch import Tensor
 from torch.nn import functional as F
 
 from r2art.core.errors import InputError
+from r2art.data.scenes.surroundings import Surroundings, read_picture
 from r2art.data.shards import Dataset
-from r2art.data.surroundings import Surroundings, read_picture
 from r2art.learn import augment
 from r2art.learn.chance import Chance
 from r2art.learn.memory import Photos
 from r2art.learn.recipes import Recipe
+
+Some = TypeVar("Some", augment.Crops, augment.Views)
 
 
 def open_datasets(folders: Sequence[Path]) -> dict[str, Dataset]:
@@ -51,7 +54,12 @@ def load_backdrops(folder: Path | None, size: int = 224) -> Tensor | None:
 
 @dataclass(frozen=True)
 class Batches:
-    """Makes the batch of any step from that step's number."""
+    """Makes the batch of any step from that step's number.
+
+    A batch is made of shares, each from a random stream of its own. Process ``rank`` takes
+    ``recipe.shares`` of them; so however many processes there are, the same number of shares
+    in all is the same batch.
+    """
 
     recipe: Recipe
     photos: dict[str, Photos]
@@ -61,28 +69,36 @@ class Batches:
 
     def __call__(self, step: int) -> tuple[str, augment.Crops, augment.Views, Tensor]:
         """Category, its crops, whole photos of all categories, and what those show."""
-        key = np.random.SeedSequence((self.recipe.seed, step, self.rank))
-        chance = Chance(int(key.generate_state(1, np.uint64)[0] >> 1), self.device)
-        names = list(self.photos)
-        name = self._turn(step)
-        size, source = self.recipe.input_size, self.photos[name]
-        index = chance.choice(len(source), self.recipe.crops)
-        crops = augment.crops(source, index, size, chance, self.backdrops)
-        parts, category = [], []
-        for c, photos in enumerate(self.photos.values()):
-            n = (self.recipe.photos + (c + step) % len(names)) // len(names)
-            chosen = chance.choice(len(photos), n)
-            parts.append(augment.views(photos, chosen, size, chance, self.backdrops))
-            category += [c] * n
-        views = augment.Views(
-            image=torch.cat([v.image for v in parts]),
-            seen=torch.cat([v.seen for v in parts]),
-            box=torch.cat([v.box for v in parts]),
-        )
-        return name, crops, views, torch.tensor(category, device=self.device)
+        name, n = self.turn(step), self.recipe.shares
+        shares = [self._share(step, name, k) for k in range(self.rank * n, (self.rank + 1) * n)]
+        crops, views, category = zip(*shares, strict=True)
+        return name, _joined(crops), _joined(views), torch.cat(category)
 
-    def _turn(self, step: int) -> str:
+    def _share(self, step: int, name: str, k: int) -> tuple[augment.Crops, augment.Views, Tensor]:
+        key = np.random.SeedSequence((self.recipe.seed, step, k))
+        chance = Chance(int(key.generate_state(1, np.uint64)[0] >> 1), self.device)
+        size, source = self.recipe.input_size, self.photos[name]
+        varied = not self.recipe.offline_features
+        index = chance.choice(len(source), self.recipe.crops)
+        crops = augment.crops(source, index, size, chance, self.backdrops, augment=varied)
+        views, category = [], []
+        for c, photos in enumerate(self.photos.values()):
+            n = (self.recipe.photos + (c + step) % len(self.photos)) // len(self.photos)
+            chosen = chance.choice(len(photos), n)
+            views.append(
+                augment.views(photos, chosen, size, chance, self.backdrops, augment=varied)
+            )
+            category += [c] * n
+        return crops, _joined(views), torch.tensor(category, device=self.device)
+
+    def turn(self, step: int) -> str:
         """Whose crops a step sees: a category gets turns in proportion to its parts."""
         turns = [n for n, photos in self.photos.items() for _ in photos.category.part_names]
         key = np.random.SeedSequence((self.recipe.seed, step, 1 << 32))
         return turns[np.random.default_rng(key).integers(len(turns))]
+
+
+def _joined(parts: Sequence[Some]) -> Some:
+    return type(parts[0])(
+        **{f.name: torch.cat([getattr(p, f.name) for p in parts]) for f in fields(parts[0])}
+    )

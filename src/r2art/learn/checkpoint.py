@@ -14,8 +14,8 @@ from torch import Tensor, nn
 from r2art.core.category import Category
 from r2art.core.errors import InputError, ModelError
 from r2art.data.shards import write_atomically
-from r2art.learn.recipes import Recipe
-from r2art.method.network import R2ArtNet
+from r2art.learn.recipes import NETWORK_FIELDS, Recipe, recipe_of
+from r2art.method.outputs import Network
 
 STATE = "state.safetensors"
 RUN = "run.json"
@@ -92,8 +92,8 @@ def resume(folder: Path, run: Run) -> tuple[int, dict[str, Any]]:
 
 
 def _refuse_another_network(folder: Path, run: Run, about: dict[str, Any]) -> None:
-    shapes = ("backbone", "backbone_options", "input_size", "width")
-    odd = [k for k in shapes if about["recipe"][k] != getattr(run.recipe, k)]
+    before = recipe_of(about["recipe"])
+    odd = [k for k in NETWORK_FIELDS if getattr(before, k) != getattr(run.recipe, k)]
     if about["categories"] != [c.name for c in run.categories]:
         odd.append("categories")
     if odd:
@@ -103,26 +103,19 @@ def _refuse_another_network(folder: Path, run: Run, about: dict[str, Any]) -> No
         )
 
 
-def load_network(folder: Path) -> tuple[R2ArtNet, dict[str, Any]]:
+def load_network(folder: Path) -> tuple[Network, dict[str, Any]]:
     """The averaged network of a run, ready for evaluation, and the run's facts."""
     if not (folder / STATE).exists():
         raise ModelError(f"{folder} holds no trained run; train one with `r2art train`")
     about = facts(folder)
     categories = tuple(Category.load(folder / f"{name}.npz") for name in about["categories"])
-    recipe = about["recipe"]
-    network = R2ArtNet(
-        categories,
-        recipe["backbone"],
-        recipe["input_size"],
-        recipe["width"],
-        recipe["backbone_options"],
-    )
+    network = recipe_of(about["recipe"]).make(categories)
     average = _under(load_file(folder / STATE), "average.module.")
     network.load_state_dict(average)
     return network.eval(), about
 
 
-def adopt(network: R2ArtNet, trained: R2ArtNet) -> None:
+def adopt(network: Network, trained: Network) -> None:
     """Start a network from a trained one, which may know other categories.
 
     Heads of categories that both know are taken over; what depends on the list of categories

@@ -22,7 +22,7 @@ from r2art.data.shards import write_atomically
 from r2art.learn import checkpoint
 from r2art.learn.augment import CROP_MARGIN
 from r2art.method.estimate import estimate, within_limits
-from r2art.method.network import R2ArtNet
+from r2art.method.outputs import Network
 
 FORMAT = "r2art/model/1"
 OPSET = 18
@@ -32,7 +32,7 @@ FIELDS = ("cam_T_part", "box_center", "box_size", "confidence", "joint_state", "
 class Graph(nn.Module):
     """What is exported: `docs/model.md` names its inputs and outputs."""
 
-    def __init__(self, network: R2ArtNet) -> None:
+    def __init__(self, network: Network) -> None:
         super().__init__()
         self.network = network
 
@@ -44,15 +44,15 @@ class Graph(nn.Module):
     ) -> tuple[Tensor, ...]:
         """All outputs, in the order of `output_names`."""
         x = image.permute(0, 3, 1, 2).float() / 127.5 - 1
-        _, p16 = self.network.features(x)
-        found_box, category_logits = self.network.find(p16)
+        _, seen = self.network.features(x)
+        found_box, category_logits = self.network.find(seen)
         outputs = [found_box, category_logits.softmax(dim=-1)]
         for name in self.network.names:
-            outputs += self._estimate(name, p16, K, box)
+            outputs += self._estimate(name, seen, K, box)
         return tuple(outputs)
 
-    def _estimate(self, name: str, p16: Tensor, K: Tensor, box: Tensor) -> list[Tensor]:
-        raw = self.network.estimate_raw(name, p16, box, K)
+    def _estimate(self, name: str, seen: Any, K: Tensor, box: Tensor) -> list[Tensor]:
+        raw = self.network.estimate_raw(name, seen, box, K)
         raw = replace(raw, joint_share=within_limits(raw.joint_share))
         found = estimate(self.network.priors[name], raw, box, K)
         return [
@@ -72,7 +72,7 @@ def output_names(names: tuple[str, ...]) -> list[str]:
 
 
 def to_onnx(
-    network: R2ArtNet, facts: dict[str, Any], categories: tuple[Category, ...]
+    network: Network, facts: dict[str, Any], categories: tuple[Category, ...]
 ) -> onnx.ModelProto:
     """The network with its tail as an ONNX model, all weights float32."""
     size = network.input_size
@@ -102,7 +102,7 @@ def to_onnx(
 
 
 def metadata(
-    network: R2ArtNet, facts: dict[str, Any], categories: tuple[Category, ...]
+    network: Network, facts: dict[str, Any], categories: tuple[Category, ...]
 ) -> dict[str, Any]:
     """What the run tier must know about the graph."""
     described = [

@@ -3,7 +3,7 @@
 from dataclasses import dataclass, replace
 
 import torch
-from jaxtyping import Float
+from jaxtyping import Float, Int
 from torch import Tensor
 from torch.nn import functional as F
 
@@ -11,7 +11,7 @@ from r2art.learn.augment import Crops, Views
 from r2art.method import cascade, losses, se3
 from r2art.method.depth import translation_targets, viewing_ray
 from r2art.method.estimate import Estimate, estimate
-from r2art.method.network import TrainingOutput
+from r2art.method.outputs import NodePoses, RawEstimate, TrainingOutput
 from r2art.method.projection import resize_intrinsics
 from r2art.method.rotation import egocentric_to_allocentric
 from r2art.method.shape import Prior, Shape, box_corners, deform, deformation_of, thinned
@@ -35,6 +35,22 @@ class Weights:
     photo_mask: float = 0.5
 
 
+@dataclass(frozen=True, kw_only=True)
+class CascadeOptions:
+    """What of the cascade is on; the default is all of it.
+
+    Attributes:
+        stages: See `r2art.method.cascade.cascade_loss`.
+        box_steers_all: See `r2art.method.cascade.render`.
+    """
+
+    stages: tuple[int, ...] = (1, 2, 3)
+    box_steers_all: bool = False
+
+
+WHOLE_CASCADE = CascadeOptions()
+
+
 def true_shape(prior: Prior, crops: Crops) -> Shape:
     """The prior, deformed to the true part boxes."""
     return deform(prior, deformation_of(prior, crops.box_center, crops.box_size))
@@ -45,31 +61,56 @@ def base_losses(
 ) -> dict[str, Tensor]:
     """One scalar per quantity that the network predicts for crops."""
     raw = output.raw
-    R = crops.cam_T_part[:, 0, :3, :3]
-    facing = egocentric_to_allocentric(R, viewing_ray(crops.box, crops.K))
-    t = crops.cam_T_part[:, 0, :3, 3]
-    phi, log_lambda = translation_targets(t, crops.box, crops.K, prior.frontal_area)
     deformation = deformation_of(prior, crops.box_center, crops.box_size)
     predicted = replace(deformation, log_scale=raw.log_scale, center_shift=raw.center_shift)
     corners = corners_in_camera(found.shape, found.cam_T_part)
     true_corners = corners_in_camera(shape, crops.cam_T_part)
-    directions = losses.direction_loss(raw.up, facing[..., 1]) + losses.direction_loss(
-        raw.right, facing[..., 0]
-    )
-    return {
-        "direction": directions.mean(),
-        "offset": losses.offset_loss(raw.phi, phi).mean(),
-        "depth": losses.depth_loss(raw.log_lambda, log_lambda).mean(),
-        "joint": losses.joint_state_loss(
+    terms = pose_losses(prior, raw, crops, shape)
+    if raw.nodes is None:
+        terms["joint"] = losses.joint_state_loss(
             found.joint_state, crops.joint_state, prior.kinematics
-        ).mean(),
-        "shape": losses.shape_loss(predicted, deformation, prior).mean(),
-        "reprojection": losses.reprojection_loss(corners, true_corners, crops.K, crops.box).mean(),
-        "part_mask": F.cross_entropy(output.mask_logits, part_classes(crops)),
-        "confidence": F.binary_cross_entropy_with_logits(
-            raw.confidence_logit, is_right(found, crops, shape).to(raw.up)
-        ),
-    }
+        ).mean()
+    terms["shape"] = losses.shape_loss(predicted, deformation, prior).mean()
+    terms["reprojection"] = losses.reprojection_loss(
+        corners, true_corners, crops.K, crops.box
+    ).mean()
+    if output.mask_logits is not None:
+        terms["part_mask"] = F.cross_entropy(output.mask_logits, part_classes(crops))
+    terms["confidence"] = F.binary_cross_entropy_with_logits(
+        raw.confidence_logit, is_right(found, crops, shape).to(raw.up)
+    )
+    return terms
+
+
+def pose_losses(prior: Prior, raw: RawEstimate, crops: Crops, shape: Shape) -> dict[str, Tensor]:
+    """Directions, offset and depth of the root; of all parts where each has a pose of its own."""
+    true = crops.cam_T_part
+    place = true[:, 0, :3, 3]
+    errors = [_pose_errors(raw, true[:, 0, :3, :3], place, crops.box, crops.K, prior)[None]]
+    if raw.nodes is not None:
+        box, K = crops.box[:, None], crops.K[:, None]
+        center = se3.transform(true[:, 1:], shape.box_center[:, 1:, None])[:, :, 0]
+        of_nodes = _pose_errors(raw.nodes, true[:, 1:, :3, :3], center, box, K, prior)
+        errors.append(of_nodes.movedim(1, 0))
+    names = ("direction", "offset", "depth")
+    return dict(zip(names, torch.cat(errors).mean((0, 1)), strict=True))
+
+
+def _pose_errors(
+    predicted: RawEstimate | NodePoses,
+    R: Tensor,
+    place: Tensor,
+    box: Tensor,
+    K: Tensor,
+    prior: Prior,
+) -> Float[Tensor, "*B 3"]:
+    facing = egocentric_to_allocentric(R, viewing_ray(box, K))
+    phi, log_lambda = translation_targets(place, box, K, prior.frontal_area)
+    up = losses.direction_loss(predicted.up, facing[..., 1])
+    right = losses.direction_loss(predicted.right, facing[..., 0])
+    offset = losses.offset_loss(predicted.phi, phi)
+    depth = losses.depth_loss(predicted.log_lambda, log_lambda)
+    return torch.stack([up + right, offset, depth], dim=-1)
 
 
 def part_classes(crops: Crops) -> Tensor:
@@ -101,18 +142,34 @@ def is_right(found: Estimate, crops: Crops, shape: Shape, share: float = 0.1) ->
     return error.mean(-1) < share * diameter
 
 
-def cascade_term(found: Estimate, crops: Crops, shape: Shape, pixels: int) -> tuple[Tensor, Tensor]:
-    """The cascade's mean loss on silhouettes of ``pixels``², and the stage of every sample.
+def cascade_term(
+    found: Estimate, crops: Crops, shape: Shape, pixels: int, options: CascadeOptions
+) -> tuple[Tensor, Int[Tensor, " B"]]:
+    """The cascade's mean loss on silhouettes of ``pixels``², and the stage of every sample."""
+    predicted, truth = renderings(found, crops, shape, pixels, options)
+    loss, stage = cascade.cascade_loss(predicted, truth, stages=options.stages)
+    return loss.mean(), stage
+
+
+def renderings(
+    found: Estimate, crops: Crops, shape: Shape, pixels: int, options: CascadeOptions
+) -> tuple[cascade.Rendering, cascade.Rendering]:
+    """How the estimate looks, and how it should, in images of ``pixels``².
 
     The prior's points suit silhouettes of 112²; smaller ones are rendered from fewer.
     """
-    size = crops.image.shape[-1]
-    K = resize_intrinsics(crops.K, pixels / size)
+    size = (pixels, pixels)
+    K = resize_intrinsics(crops.K, pixels / crops.image.shape[-1])
     every = max(1, (112 // pixels) ** 2)
-    truth = cascade.render(thinned(shape, every), crops.cam_T_part, K, (pixels, pixels))
-    predicted = cascade.render(thinned(found.shape, every), found.cam_T_part, K, (pixels, pixels))
-    loss, stage = cascade.cascade_loss(predicted, truth)
-    return loss.mean(), stage
+    truth = cascade.render(thinned(shape, every), crops.cam_T_part, K, size)
+    predicted = cascade.render(
+        thinned(found.shape, every),
+        found.cam_T_part,
+        K,
+        size,
+        box_steers_all=options.box_steers_all,
+    )
+    return predicted, truth
 
 
 def photo_losses(output: TrainingOutput, views: Views, category: Tensor) -> dict[str, Tensor]:
@@ -120,11 +177,15 @@ def photo_losses(output: TrainingOutput, views: Views, category: Tensor) -> dict
     size = views.image.shape[-1]
     error = F.smooth_l1_loss(output.found_box / size, views.box / size, beta=0.05)
     overlap = cascade.box_overlap_loss(output.found_box, views.box).mean()
-    return {
+    terms = {
         "found_box": 4 * error + 0.5 * overlap,
         "category": F.cross_entropy(output.category_logits, category),
-        "photo_mask": F.binary_cross_entropy_with_logits(output.photo_mask_logits, views.seen),
     }
+    if output.photo_mask_logits is not None:
+        terms["photo_mask"] = F.binary_cross_entropy_with_logits(
+            output.photo_mask_logits, views.seen
+        )
+    return terms
 
 
 def objective(
@@ -135,16 +196,20 @@ def objective(
     category: Tensor,
     weights: Weights,
     cascade_pixels: int | None,
-) -> tuple[Tensor, dict[str, Tensor]]:
-    """The total loss and every term of it; ``cascade_pixels`` None leaves the cascade out."""
+    options: CascadeOptions = WHOLE_CASCADE,
+) -> tuple[Tensor, dict[str, Tensor], Int[Tensor, " B"] | None]:
+    """The total loss, every term of it, and the cascade's stage of every crop.
+
+    ``cascade_pixels`` None leaves the cascade out.
+    """
     found = estimate(prior, output.raw, crops.box, crops.K)
     shape = true_shape(prior, crops)
     terms = base_losses(prior, output, found, crops, shape)
     terms |= photo_losses(output, views, category)
     total = sum((getattr(weights, k) * v for k, v in terms.items()), start=torch.zeros(()))
-    if cascade_pixels is not None:
-        loss, stage = cascade_term(found, crops, shape, cascade_pixels)
-        total = total + weights.cascade * loss
-        terms["cascade"] = loss
-        terms |= {f"stage_{s}": (stage == s).float().mean() for s in (1, 2, 3)}
-    return total, terms
+    if cascade_pixels is None:
+        return total, terms, None
+    loss, stage = cascade_term(found, crops, shape, cascade_pixels, options)
+    terms["cascade"] = loss
+    terms |= {f"stage_{s}": (stage == s).float().mean() for s in (1, 2, 3)}
+    return total + weights.cascade * loss, terms, stage

@@ -1,8 +1,14 @@
 """Training runs. A run is a function that returns a `Recipe`; copy one to change it."""
 
-from dataclasses import dataclass, field
+from collections.abc import Mapping
+from dataclasses import dataclass, field, fields, replace
+from typing import Any, Literal
 
-from r2art.learn.objective import Weights
+from r2art.core.category import Category
+from r2art.learn.objective import CascadeOptions, Weights
+from r2art.method.network import R2ArtNet
+from r2art.method.outputs import Network, PoseHeads
+from r2art.method.paper_network import PaperNet
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -10,13 +16,24 @@ class Recipe:
     """Everything that decides a run, besides its data.
 
     Attributes:
-        backbone: Any timm name with features at strides 8, 16 and 32.
-        backbone_options: Passed on to timm.
+        network: The small one, or the paper's.
+        backbone: Any timm name. Of the small network: with features at strides 8, 16 and 32; of
+            the paper's: the frozen one.
+        backbone_options: Passed on to timm by the small network.
+        depth_backbone: Timm name of the paper's depth branch.
+        joint_backbone: Timm name of the paper's joint branch.
+        pretrained: Whether the paper's backbones start from timm's hub, where the job gives no
+            weights; without, they start from random numbers.
+        offline_features: Whether the paper's frozen features are computed once per photo and
+            kept, which leaves no augmentation; else anew for every augmented crop.
+        pose_heads: Whether joint states are regressed, or every part's pose (ablation).
         input_size: Side (px) of crops and of the letterboxed photo.
         width: Channels of the neck.
         steps: Optimiser steps.
-        crops: Crops per step, all of one category.
-        photos: Whole photos per step, of all categories.
+        epochs: Passes over the crops of all data, instead of ``steps``.
+        crops: Crops per step, all of one category, and ...
+        photos: ... whole photos per step, of all categories, of every share.
+        shares: Shares of a step's batch that each process takes.
         learning_rate: At its peak, of the new layers ...
         trunk_learning_rate: ... and of the pre-trained trunk.
         warm_up: Steps of linear warm-up; the cosine decay takes the rest.
@@ -25,17 +42,27 @@ class Recipe:
         ema: Decay of the averaged weights, which are what is exported.
         cascade_from: Step at which the cascade losses join; None: never.
         cascade_pixels: Side of the silhouettes.
+        cascade: Which of its stages are on, and what they move.
+        pictures_at: Steps after which silhouettes are drawn.
         seed: Of everything random.
         weights: Of the losses.
     """
 
+    network: Literal["small", "paper"] = "small"
     backbone: str = "mobilenetv2_100"
     backbone_options: dict[str, object] = field(default_factory=dict)
+    depth_backbone: str = "hrnet_w18_small"
+    joint_backbone: str = "resnet18"
+    pretrained: bool = False
+    offline_features: bool = False
+    pose_heads: PoseHeads = "joint"
     input_size: int = 160
     width: int = 96
     steps: int = 4450
+    epochs: int | None = None
     crops: int = 32
     photos: int = 8
+    shares: int = 1
     learning_rate: float = 1e-3
     trunk_learning_rate: float = 5e-4
     warm_up: int = 200
@@ -44,8 +71,59 @@ class Recipe:
     ema: float = 0.998
     cascade_from: int | None = 1500
     cascade_pixels: int = 56
+    cascade: CascadeOptions = field(default_factory=CascadeOptions)
+    pictures_at: tuple[int, ...] = ()
     seed: int = 0
     weights: Weights = field(default_factory=Weights)
+
+    def make(self, categories: tuple[Category, ...]) -> Network:
+        """The network of the recipe, with random weights."""
+        if self.network == "paper":
+            return PaperNet(
+                categories,
+                self.backbone,
+                self.depth_backbone,
+                self.joint_backbone,
+                self.input_size,
+                self.width,
+                self.pose_heads,
+            )
+        options = dict(self.backbone_options)
+        return R2ArtNet(
+            categories, self.backbone, self.input_size, self.width, options, self.pose_heads
+        )
+
+    def for_photos(self, n: int, processes: int = 1) -> "Recipe":
+        """With as many steps as its epochs take over ``n`` photos."""
+        if self.epochs is None:
+            return self
+        per_step = self.crops * self.shares * processes
+        return replace(self, steps=max(1, -(-self.epochs * n // per_step)))
+
+
+NETWORK_FIELDS = (
+    "network",
+    "backbone",
+    "backbone_options",
+    "depth_backbone",
+    "joint_backbone",
+    "pose_heads",
+    "input_size",
+    "width",
+)
+"""What two recipes must share so that one's checkpoint fits the other."""
+
+
+def recipe_of(stored: Mapping[str, Any]) -> Recipe:
+    """A recipe as a run's ``run.json`` has it; what an older one does not know has its default."""
+    known = {f.name: stored[f.name] for f in fields(Recipe) if f.name in stored}
+    known["weights"] = Weights(**stored.get("weights", {}))
+    cascade = dict(stored.get("cascade", {}))
+    if "stages" in cascade:
+        cascade["stages"] = tuple(cascade["stages"])
+    known["cascade"] = CascadeOptions(**cascade)
+    known["pictures_at"] = tuple(stored.get("pictures_at", ()))
+    return Recipe(**known)
 
 
 def tiny(steps: int = 4450) -> Recipe:
@@ -83,4 +161,76 @@ def smoke(steps: int = 4) -> Recipe:
     )
 
 
-RECIPES = {"tiny": tiny, "further": further, "smoke": smoke}
+def paper(steps: int | None = None) -> Recipe:
+    """The network and the training that the paper describes: 224², 2,048 points, 200 epochs.
+
+    One category is meant, but more will do. Batch size, rates and loss weights are not given.
+    """
+    return Recipe(
+        network="paper",
+        backbone="vit_small_patch14_dinov2",
+        pretrained=True,
+        offline_features=True,
+        input_size=224,
+        width=128,
+        steps=1 if steps is None else steps,
+        epochs=200 if steps is None else None,
+        learning_rate=3e-4,
+        trunk_learning_rate=3e-4,
+        cascade_from=1000 if steps is None else min(1000, steps // 4),
+        cascade_pixels=112,
+        weights=Weights(part_mask=0.0, photo_mask=0.0),
+    )
+
+
+def ablation_I(steps: int = 4450) -> Recipe:
+    """Table 2, row I: no cascade."""
+    return replace(tiny(steps), cascade_from=None)
+
+
+def ablation_II(steps: int = 4450) -> Recipe:
+    """Table 2, row II: stage I alone, the area."""
+    return replace(tiny(steps), cascade=CascadeOptions(stages=(1,)))
+
+
+def ablation_III(steps: int = 4450) -> Recipe:
+    """Table 2, row III: stages I and II, area and alignment."""
+    return replace(tiny(steps), cascade=CascadeOptions(stages=(1, 2)))
+
+
+def ablation_IV(steps: int = 4450) -> Recipe:
+    """Table 2, row IV: the whole cascade; what `tiny` does."""
+    return replace(tiny(steps), cascade=CascadeOptions(stages=(1, 2, 3)))
+
+
+def pixel_only(steps: int = 4450) -> Recipe:
+    """Beside Table 2: the pixels alone, at every stage."""
+    return replace(tiny(steps), cascade=CascadeOptions(stages=(3,)))
+
+
+def box_steers_all(steps: int = 4450) -> Recipe:
+    """Beside Table 2: the whole cascade, its boxes moving every degree of freedom, as printed."""
+    return replace(tiny(steps), cascade=CascadeOptions(box_steers_all=True))
+
+
+def part_centric(steps: int = 4450) -> Recipe:
+    """What the paper argues against: every part's pose regressed by itself, no joints."""
+    return replace(tiny(steps), pose_heads="part")
+
+
+RECIPES = {
+    f.__name__: f
+    for f in (
+        tiny,
+        further,
+        smoke,
+        paper,
+        ablation_I,
+        ablation_II,
+        ablation_III,
+        ablation_IV,
+        pixel_only,
+        box_steers_all,
+        part_centric,
+    )
+}

@@ -6,6 +6,7 @@ both are amodal and equally soft. Letters: B batch, P parts, H × W pixels. Boxe
 ``x1 y1 x2 y2`` (px). Every loss is one number per sample, finite for finite input.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import torch
@@ -17,6 +18,7 @@ from r2art.method import se3
 from r2art.method.projection import box_of_points, box_size, project
 from r2art.method.shape import Shape
 from r2art.method.silhouette import KERNEL_RADIUS, Silhouettes, part_silhouettes
+from r2art.method.silhouette_loss import weighted_cross_entropy
 
 EPSILON = 1e-4
 IOU_EPSILON = 1e-2
@@ -58,12 +60,31 @@ def render(
         radius: Of the splats (px).
     """
     seen = part_silhouettes(shape, cam_T_part, K, size, radius)
-    if box_steers_all:
-        points = se3.transform(cam_T_part, shape.points)
-    else:
-        points = se3.transform(only_translation(cam_T_part), shape.points.detach())
-    box = box_of_points(project(points.flatten(-3, -2), K), softness)
-    return Rendering(parts=seen.parts, union=seen.union, box=box)
+    points = shape.points
+    if not box_steers_all:
+        cam_T_part, points = only_translation(cam_T_part), points.detach()
+    if softness > 0:
+        points = se3.transform(cam_T_part, points).flatten(-3, -2)
+        return Rendering(**vars(seen), box=box_of_points(project(points, K), softness))
+    return Rendering(**vars(seen), box=tight_box(points, cam_T_part, K))
+
+
+def tight_box(
+    points: Float[Tensor, "*#B P M 3"],
+    cam_T_part: Float[Tensor, "*B P 4 4"],
+    K: Float[Tensor, "*#B 3 3"],
+) -> Float[Tensor, "*B 4"]:
+    """`box_of_points` of all parts' points, of which only the four that touch it are tracked."""
+    with torch.no_grad():
+        uv = project(se3.transform(cam_T_part, points), K[..., None, :, :]).flatten(-3, -2)
+        touching = torch.cat([uv.argmin(-2), uv.argmax(-2)], dim=-1)
+    num_points = points.shape[-2]
+    points = points.flatten(-3, -2).expand(*touching.shape[:-1], -1, 3)
+    points = points.gather(-2, touching[..., None].expand(*touching.shape, 3))
+    part = (touching // num_points)[..., None, None].expand(*touching.shape, 4, 4)
+    pose = cam_T_part.gather(-3, part)
+    uv = project(se3.transform(pose, points[..., None, :])[..., 0, :], K)
+    return torch.cat([uv[..., [0, 1], [0, 1]], uv[..., [2, 3], [0, 1]]], dim=-1)
 
 
 def only_translation(cam_T_part: Float[Tensor, "*B P 4 4"]) -> Float[Tensor, "*B P 4 4"]:
@@ -79,7 +100,7 @@ def area_loss(predicted: Rendering, true: Rendering) -> Float[Tensor, "*B"]:
 
     Deviation: η as printed is unsigned in the prose, signed in the formula, and overflows.
     """
-    pixels, true_pixels = predicted.union.sum((-2, -1)), true.union.sum((-2, -1))
+    pixels, true_pixels = predicted.union.detach().sum((-2, -1)), true.union.sum((-2, -1))
     error = (true_pixels - pixels).abs() / true_pixels.clamp_min(1)
     eta = error.clamp_max(1).exp().detach()
     return eta * (_log_area(true.box) - _log_area(predicted.box)).abs()
@@ -129,17 +150,15 @@ def beyond_edge(
 
     Deviation: a ratio and not a count, which would be thousands; without gradient.
     """
+    predicted, true = predicted.detach(), true.detach()
     excess = (predicted * (1 - true)).sum((-2, -1)) / true.sum((-2, -1)).clamp_min(1)
-    return excess.clamp_max(5).detach()
+    return excess.clamp_max(5)
 
 
 def edge_band(mask: Float[Tensor, "*B H W"], pixels: int = 2) -> Bool[Tensor, "*B H W"]:
     """The pixels within ``pixels`` (in x and y) of the mask's outline, on both of its sides."""
-    inside = (mask > 0.5).to(mask.dtype).reshape(-1, 1, *mask.shape[-2:])
-    window = 2 * pixels + 1
-    dilated = F.max_pool2d(inside, window, stride=1, padding=pixels)
-    eroded = -F.max_pool2d(-inside, window, stride=1, padding=pixels)
-    return (dilated > eroded).reshape(mask.shape)
+    inside = mask > 0.5
+    return _dilated(inside, pixels) & _dilated(~inside, pixels)
 
 
 def pixel_loss(predicted: Silhouettes, true: Silhouettes) -> Float[Tensor, "*B"]:
@@ -148,12 +167,9 @@ def pixel_loss(predicted: Silhouettes, true: Silhouettes) -> Float[Tensor, "*B"]
     Weighted by 1 + ω within 2 px of the true outline. It is least, but not 0, at the truth,
     whose soft edges have an entropy of their own.
     """
-    p, target = predicted.parts, true.parts
-    p = EPSILON + (1 - 2 * EPSILON) * p  # both logarithms stay finite, and no gradient is cut
-    entropy = -(target * p.log() + (1 - target) * (1 - p).log())
-    omega = beyond_edge(predicted.parts, target)[..., None, None]
-    weight = 1 + omega * edge_band(target)
-    return (weight * entropy).mean((-3, -2, -1))
+    omega = beyond_edge(predicted.parts, true.parts)[..., None, None]
+    weight = 1 + omega * edge_band(true.parts)
+    return weighted_cross_entropy(predicted.parts, true.parts, weight).mean(-1)
 
 
 def stage(
@@ -173,13 +189,39 @@ def stage(
 
 
 def cascade_loss(
-    predicted: Rendering, true: Rendering, delta: float = 0.1
+    predicted: Rendering, true: Rendering, delta: float = 0.1, stages: Sequence[int] = (1, 2, 3)
 ) -> tuple[Float[Tensor, "*B"], Int[Tensor, "*B"]]:
-    """Algorithm 1: each sample's loss by the stage it is in, and that stage (1, 2, 3)."""
-    area, alignment = area_loss(predicted, true), alignment_loss(predicted, true)
+    """Algorithm 1: each sample's loss by the stage it is in, and that stage (1, 2, 3).
+
+    Args:
+        predicted: How the estimate looks.
+        true: How it should.
+        delta: See `stage`.
+        stages: Those that are on, in order; fewer in the ablation. Samples of a stage that is
+            off are served by the next one that is on, or by the last.
+    """
+    losses = {1: area_loss, 2: alignment_loss, 3: pixel_loss}
     at = stage(predicted.box, true.box, delta)
-    fine = 0.1 * area + 0.1 * alignment + pixel_loss(predicted, true)
-    return torch.where(at == 1, area, torch.where(at == 2, 0.1 * area + alignment, fine)), at
+    before, served = torch.zeros_like(predicted.box[..., 0]), []
+    for s in stages:
+        term = losses[s](predicted, true)
+        served.append((s, before + term))
+        before = before + 0.1 * term
+    loss = served[-1][1]
+    for s, staged in reversed(served[:-1]):
+        loss = torch.where(at <= s, staged, loss)
+    return loss, at
+
+
+def _dilated(mask: Bool[Tensor, "*B H W"], pixels: int) -> Bool[Tensor, "*B H W"]:
+    """The pixels with a True one within ``pixels`` in x and y: first along, then across."""
+    for axis in (-1, -2):
+        size, near = mask.shape[axis], mask.clone()
+        for step in range(1, min(pixels, size - 1) + 1):
+            near.narrow(axis, step, size - step).logical_or_(mask.narrow(axis, 0, size - step))
+            near.narrow(axis, 0, size - step).logical_or_(mask.narrow(axis, step, size - step))
+        mask = near
+    return mask
 
 
 def _log_area(box: Float[Tensor, "*B 4"]) -> Float[Tensor, "*B"]:

@@ -11,10 +11,13 @@ from torch import Tensor
 
 from r2art.method import se3
 from r2art.method.depth import root_translation, viewing_ray
-from r2art.method.kinematics import forward_kinematics, joints_in_camera
-from r2art.method.network import RawEstimate
+from r2art.method.kinematics import forward_kinematics, joint_states, joints_in_camera
+from r2art.method.outputs import NodePoses, RawEstimate
 from r2art.method.rotation import allocentric_to_egocentric, rotation_from_directions
 from r2art.method.shape import Deformation, Prior, Shape, deform
+
+GREATEST_LOGARITHM = 5.0
+"""What a network that went astray says beyond it would only overflow further on."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -56,24 +59,45 @@ def estimate(
 
     Args:
         prior: The category's mean object.
-        raw: The network's numbers.
+        raw: The network's numbers; logarithms beyond ±5 (factors of 148) count as ±5.
         box: The object's 2D box (px) ...
         K: ... and the intrinsics, both of the crop the network has seen.
     """
-    R_facing = rotation_from_directions(raw.up, raw.right)
-    R = allocentric_to_egocentric(R_facing, viewing_ray(box, K))
-    t = root_translation(raw.phi, raw.log_lambda, box, K, prior.frontal_area)
+    R, t = _pose(raw, box, K, prior.frontal_area)
     cam_T_root = se3.from_rotation_translation(R, t)
-
-    deformation = Deformation(log_scale=raw.log_scale, center_shift=raw.center_shift)
-    shape = deform(prior, deformation)
-    joint_state = state_from_share(raw.joint_share, prior.kinematics.limits)
-    root_T_part = forward_kinematics(shape.kinematics, joint_state)
-    cam_T_part = cam_T_root[..., None, :, :] @ root_T_part
+    log_scale = raw.log_scale.clamp(-GREATEST_LOGARITHM, GREATEST_LOGARITHM)
+    shape = deform(prior, Deformation(log_scale=log_scale, center_shift=raw.center_shift))
+    if raw.nodes is None:
+        joint_state = state_from_share(raw.joint_share, prior.kinematics.limits)
+        root_T_part = forward_kinematics(shape.kinematics, joint_state)
+        cam_T_part = cam_T_root[..., None, :, :] @ root_T_part
+    else:
+        cam_T_node = _node_poses(raw.nodes, shape, box, K, prior.frontal_area)
+        cam_T_part = torch.cat([cam_T_root[..., None, :, :], cam_T_node], dim=-3)
+        joint_state = joint_states(cam_T_part, shape.kinematics)
     axis, pivot = joints_in_camera(cam_T_part, shape.kinematics)
     return Estimate(
         cam_T_part=cam_T_part, joint_state=joint_state, shape=shape, axis=axis, pivot=pivot
     )
+
+
+def _pose(
+    raw: RawEstimate | NodePoses, box: Tensor, K: Tensor, frontal_area: float
+) -> tuple[Float[Tensor, "*B 3 3"], Float[Tensor, "*B 3"]]:
+    """Section 4.1: rotation and place in the camera frame."""
+    R_facing = rotation_from_directions(raw.up, raw.right)
+    log_lambda = raw.log_lambda.clamp(-GREATEST_LOGARITHM, GREATEST_LOGARITHM)
+    t = root_translation(raw.phi, log_lambda, box, K, frontal_area)
+    return allocentric_to_egocentric(R_facing, viewing_ray(box, K)), t
+
+
+def _node_poses(
+    nodes: NodePoses, shape: Shape, box: Tensor, K: Tensor, frontal_area: float
+) -> Float[Tensor, "*B J 4 4"]:
+    """Part-centric: every part as a rigid object of its own, placed by its box's centre."""
+    R, center = _pose(nodes, box[..., None, :], K[..., None, :, :], frontal_area)
+    t = center - (R @ shape.box_center[..., 1:, :, None])[..., 0]
+    return se3.from_rotation_translation(R, t)
 
 
 def within_limits(raw_share: Float[Tensor, "*B J"]) -> Float[Tensor, "*B J"]:

@@ -98,6 +98,31 @@ def forward_kinematics(
     return torch.stack(root_T_part, dim=-3)
 
 
+def joint_states(
+    cam_T_part: Float[Tensor, "*B P 4 4"], kinematics: KinematicModel
+) -> Float[Tensor, "*B J"]:
+    """The states (rad, m) that fit any part poses best, joint by joint; undoes the kinematics.
+
+    A revolute state is the angle of the turn about the joint's axis that is nearest to the
+    part's rotation relative to its parent, within half a turn of the middle of its range; a
+    prismatic one is the part's displacement along the axis. So poses that no joints made, as
+    part-centric ones are, have states, too.
+    """
+    parent = torch.tensor(kinematics.parent, dtype=torch.long, device=cam_T_part.device)
+    parent_T_part = se3.inverse(cam_T_part.index_select(-3, parent)) @ cam_T_part[..., 1:, :, :]
+    R, u = parent_T_part[..., :3, :3], kinematics.axis
+    turn = torch.stack(
+        [R[..., 2, 1] - R[..., 1, 2], R[..., 0, 2] - R[..., 2, 0], R[..., 1, 0] - R[..., 0, 1]], -1
+    )
+    along = (u * (R @ u[..., None])[..., 0]).sum(-1)
+    sine, cosine = (turn * u).sum(-1), R.diagonal(dim1=-2, dim2=-1).sum(-1) - along
+    middle = kinematics.limits.mean(-1)
+    s, c = middle.sin(), middle.cos()
+    angle = middle + torch.atan2(sine * c - cosine * s, cosine * c + sine * s)
+    slide = (parent_T_part[..., :3, 3] * u).sum(-1)
+    return torch.where(kinematics.prismatic, slide, angle)
+
+
 def joints_in_camera(
     cam_T_part: Float[Tensor, "*B P 4 4"], kinematics: KinematicModel
 ) -> tuple[Float[Tensor, "*B J 3"], Float[Tensor, "*B J 3"]]:

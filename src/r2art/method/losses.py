@@ -69,4 +69,5 @@ def reprojection_loss(
 
 def _smooth_l1(error: Tensor) -> Tensor:
     size = error.abs()
-    return torch.where(size < ROBUST, error.square() / (2 * ROBUST), size - ROBUST / 2)
+    near = size.clamp_max(ROBUST)  # never squares what is far, so nothing overflows
+    return near.square() / (2 * ROBUST) + (size - near)

@@ -19,12 +19,14 @@ import torch
 from jaxtyping import Float, Int
 from torch import Tensor
 
-from r2art.method import se3
+from r2art.method import se3, silhouette_fast
 from r2art.method.projection import MIN_DEPTH, project
 from r2art.method.shape import Shape
 
 KERNEL_RADIUS = 2.5
 """Pixels. Reaches the next point of 2,048 over an object that fills an image of 112²."""
+FAST_DEVICES = ("cpu", "cuda")
+"""Where `fast_silhouettes` runs."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -97,7 +99,7 @@ def part_silhouettes(
     size: tuple[int, int],
     radius: float = KERNEL_RADIUS,
 ) -> Silhouettes:
-    """Silhouettes of a shape's posed parts.
+    """Silhouettes of a shape's posed parts: by `fast_silhouettes` where it serves.
 
     Args:
         shape: The deformed prior, at rest.
@@ -106,12 +108,50 @@ def part_silhouettes(
         size: Height and width of that image.
         radius: Of the kernel (px); at least the distance between neighbouring points.
     """
+    exact = cam_T_part.dtype == torch.float64 or K.requires_grad
+    fast = cam_T_part.device.type in FAST_DEVICES and not exact
+    return (fast_silhouettes if fast else plain_silhouettes)(shape, cam_T_part, K, size, radius)
+
+
+def plain_silhouettes(
+    shape: Shape,
+    cam_T_part: Float[Tensor, "*B P 4 4"],
+    K: Float[Tensor, "*#B 3 3"],
+    size: tuple[int, int],
+    radius: float = KERNEL_RADIUS,
+) -> Silhouettes:
+    """`part_silhouettes` by its definition, in any precision and on any device."""
     K = K[..., None, :, :]
     points = se3.transform(cam_T_part, shape.points)
     normals = shape.normals @ cam_T_part[..., :3, :3].mT
     weight = patch_areas(points, normals, shape.areas, K)
     layers = splat(project(points, K), weight, radius, *size)
     return Silhouettes(parts=coverage(layers), union=coverage(layers.sum(-3)))
+
+
+def fast_silhouettes(
+    shape: Shape,
+    cam_T_part: Float[Tensor, "*B P 4 4"],
+    K: Float[Tensor, "*#B 3 3"],
+    size: tuple[int, int],
+    radius: float = KERNEL_RADIUS,
+) -> Silhouettes:
+    """`part_silhouettes` by one pass over the points; float32, on a CPU or an NVIDIA GPU.
+
+    Autocast changes nothing: halves are widened, and no matrix is multiplied by torch.
+    """
+    num_parts, num_points = shape.areas.shape[-2:]
+    shapes = shape.areas.shape[:-2], cam_T_part.shape[:-3], K.shape[:-2]
+    batch = (*torch.broadcast_shapes(*shapes), num_parts)
+    parts, union = silhouette_fast.silhouettes(
+        shape.points.float().expand(*batch, num_points, 3),
+        shape.normals.float().expand(*batch, num_points, 3),
+        shape.areas.float().expand(*batch, num_points),
+        cam_T_part.float().expand(*batch, 4, 4),
+        K.float()[..., None, :, :].expand(*batch, 3, 3),
+        silhouette_fast.Target(*size, radius),
+    )
+    return Silhouettes(parts=parts, union=union)
 
 
 def _padded_index(tap: Int[Tensor, "*B N k 2"], height: int, width: int) -> Int[Tensor, "*B N k k"]:

@@ -12,7 +12,7 @@ from r2art.core.category import Joint
 from r2art.data.categories import make_instance
 from r2art.data.procedural.assembly import assembled
 from r2art.data.procedural.solids import box
-from r2art.data.render import Light, Scene, render
+from r2art.data.rendering.render import Light, Scene, render
 from r2art.data.shape import Instance, Material, Surface
 from r2art.data.staging import View, facing_rotation
 

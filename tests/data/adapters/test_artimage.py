@@ -19,8 +19,8 @@ from r2art.core.errors import InputError
 from r2art.data.adapters import open_source
 from r2art.data.adapters.artimage import open_artimage
 from r2art.data.adapters.convention import Convention
+from r2art.data.checking.sample_faults import sample_faults
 from r2art.data.sample import BACKDROP
-from r2art.data.sample_faults import sample_faults
 
 AS_OURS = np.eye(3)
 # Their x is our front, their y our up: so "front" is "+x" and their z is our left.

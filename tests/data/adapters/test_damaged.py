@@ -21,7 +21,7 @@ from damage import (
 )
 
 from r2art.data.adapters import open_source
-from r2art.data.check import check
+from r2art.data.checking.check import check
 from r2art.data.source import Fault
 
 Spoilt = tuple[tuple[str | int, ...], Any]

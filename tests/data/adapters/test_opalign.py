@@ -13,7 +13,7 @@ from r2art.core.errors import InputError
 from r2art.data.adapters import open_source
 from r2art.data.adapters.convention import Convention
 from r2art.data.adapters.opalign import open_opalign
-from r2art.data.sample_faults import sample_faults
+from r2art.data.checking.sample_faults import sample_faults
 from r2art.data.source import Fault
 
 LAPTOP = "laptop_output/train/cup/60_box/input_2"

@@ -19,7 +19,7 @@ from r2art.core.errors import InputError
 from r2art.data.adapters import open_source
 from r2art.data.adapters.convention import Convention
 from r2art.data.adapters.reartmix import open_reartmix
-from r2art.data.sample_faults import sample_faults
+from r2art.data.checking.sample_faults import sample_faults
 
 AS_OURS = np.eye(3)
 TURNED = np.array([[0.0, 0, 1], [0, 1, 0], [-1, 0, 0]])  # their x is our front

@@ -11,7 +11,7 @@ from scipy.spatial.transform import Rotation
 from r2art.core.errors import InputError
 from r2art.data.adapters import open_source
 from r2art.data.adapters.robotarm import ROS, Arm, open_robotarm
-from r2art.data.sample_faults import sample_faults
+from r2art.data.checking.sample_faults import sample_faults
 from r2art.data.source import Fault
 
 URDF = """<?xml version="1.0"?>

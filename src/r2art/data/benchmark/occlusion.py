@@ -10,11 +10,11 @@ from numpy.typing import NDArray
 
 from r2art.core.camera import Camera
 from r2art.core.errors import UsageError
-from r2art.data.render import render_labels
+from r2art.data.rendering.render import render_labels
+from r2art.data.scenes.surroundings import Surroundings, some_material
+from r2art.data.scenes.things import ball, can, carton
 from r2art.data.shape import Surface
 from r2art.data.staging import about
-from r2art.data.surroundings import Surroundings, some_material
-from r2art.data.things import ball, can, carton
 
 FloatArray = NDArray[np.floating]
 Mask = NDArray[np.bool_]
@@ -57,7 +57,7 @@ class Occlusion:
         files: Surroundings,
         /,
     ) -> list[Surface]:
-        """See `r2art.data.scene.Arrange`."""
+        """See `r2art.data.scenes.scene.Arrange`."""
         own = [s for part in parts for s in part]
         whole = _seen(own, (), camera)
         if not whole.any():

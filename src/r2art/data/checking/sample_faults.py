@@ -10,7 +10,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from r2art.core.category import Category
-from r2art.data.agreement import TOLERANCE, Checked, Problem, disagreements, listed
+from r2art.data.checking.agreement import TOLERANCE, Checked, Problem, disagreements, listed
 from r2art.data.sample import BACKDROP, Sample
 
 FLOATS = (

@@ -3,11 +3,11 @@
 from collections.abc import Callable, Iterator
 
 from r2art.core.errors import R2ArtError
-from r2art.data.agreement import TOLERANCE
-from r2art.data.sample_faults import sample_faults
+from r2art.data.checking.agreement import TOLERANCE
+from r2art.data.checking.sample_faults import sample_faults
+from r2art.data.checking.store_faults import prior_faults, store_faults
 from r2art.data.shards import PRIOR, Dataset
 from r2art.data.source import Fault, Source
-from r2art.data.store_faults import prior_faults, store_faults
 
 
 def check(

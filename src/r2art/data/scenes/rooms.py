@@ -4,8 +4,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from r2art.data.procedural.solids import box
+from r2art.data.scenes.surroundings import Surroundings, some_material
 from r2art.data.shape import Material, Surface
-from r2art.data.surroundings import Surroundings, some_material
 
 FloatArray = NDArray[np.floating]
 

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image
 
-from r2art.data.render import GAMMA
+from r2art.data.rendering.render import GAMMA
 
 FloatArray = NDArray[np.floating]
 Picture = NDArray[np.uint8]

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from r2art.core.category import Category
-from r2art.data.boxes import (
+from r2art.data.checking.boxes import (
     corners,
     faces_in_image,
     pixel_rays,

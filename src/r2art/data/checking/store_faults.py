@@ -11,7 +11,7 @@ import pyarrow.parquet as pq
 from r2art.core.category import Category
 from r2art.core.errors import InputError
 from r2art.data import filling, shards
-from r2art.data.agreement import Problem
+from r2art.data.checking.agreement import Problem
 from r2art.data.hashes import SUMS, file_hash, read_sums
 from r2art.data.objects import SPLITS
 from r2art.data.source import Fault

@@ -7,8 +7,8 @@
 
 import warp as wp
 
-from r2art.data.filling_faces import NOTHING, face_of
-from r2art.data.shading import FAR, Geometry, Hit, Lighting, Materials, environment, shade
+from r2art.data.rendering.rasteriser import NOTHING, face_of
+from r2art.data.rendering.shading import FAR, Geometry, Hit, Lighting, Materials, environment, shade
 
 wp.set_module_options({"fast_math": True, "enable_backward": False})
 

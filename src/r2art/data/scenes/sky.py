@@ -8,9 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from r2art.core.errors import InputError
-from r2art.data.render import Light, diffuse_environment
+from r2art.data.rendering.render import Light, diffuse_environment
+from r2art.data.scenes.surroundings import random_color
 from r2art.data.staging import about
-from r2art.data.surroundings import random_color
 
 FloatArray = NDArray[np.floating]
 
@@ -20,7 +20,7 @@ class Sky:
     """Radiance around the scene.
 
     Attributes:
-        radiance: (h, w, 3), see `r2art.data.render.Scene.environment`.
+        radiance: (h, w, 3), see `r2art.data.rendering.render.Scene.environment`.
         diffuse: Its `diffuse_environment`.
         sky_R_world: (3, 3) how it is turned about the vertical.
         is_backdrop: Whether it may be seen behind everything.

@@ -18,8 +18,8 @@ from numpy.typing import NDArray
 
 from r2art.core.camera import Camera
 from r2art.core.quiet import stderr_closed
-from r2art.data import filling_faces, tracing
-from r2art.data.shading import Geometry, Lighting, Materials
+from r2art.data.rendering import rasteriser, tracing
+from r2art.data.rendering.shading import Geometry, Lighting, Materials
 from r2art.data.shape import Surface
 
 FloatArray = NDArray[np.floating]
@@ -253,7 +253,7 @@ def render_labels(
     nearest = _nearest(_array(vertices, wp.vec3, device), indices, camera, device)
     face_label = _array(_per_face(surfaces, labels), wp.int32, device)
     out = wp.zeros(nearest.shape, dtype=wp.uint8, device=device)
-    wp.launch(filling_faces.labels_of, out.shape, [nearest, face_label], [out], device=device)
+    wp.launch(rasteriser.labels_of, out.shape, [nearest, face_label], [out], device=device)
     return _copied(out)
 
 
@@ -274,7 +274,7 @@ def render_silhouettes(
         _array(bits, wp.int32, device),
         _intrinsics(camera),
     ]
-    wp.launch(filling_faces.silhouettes, len(bits), inputs, [out], device=device)
+    wp.launch(rasteriser.silhouettes, len(bits), inputs, [out], device=device)
     return out.numpy().astype(np.uint16)
 
 
@@ -283,11 +283,11 @@ def _intrinsics(camera: Camera) -> wp.vec4:
 
 
 def _nearest(points: wp.array, indices: wp.array, camera: Camera, device: str) -> wp.array:
-    """What is seen in each pixel, see `filling_faces.nearest_faces`."""
+    """What is seen in each pixel, see `rasteriser.nearest_faces`."""
     size = (camera.height, camera.width)
-    out = wp.full(size, filling_faces.NOTHING, dtype=wp.uint64, device=device)
+    out = wp.full(size, rasteriser.NOTHING, dtype=wp.uint64, device=device)
     inputs = [points, indices, _intrinsics(camera)]
-    wp.launch(filling_faces.nearest_faces, len(indices) // 3, inputs, [out], device=device)
+    wp.launch(rasteriser.nearest_faces, len(indices) // 3, inputs, [out], device=device)
     return out
 
 

@@ -11,15 +11,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from r2art.core.camera import Camera
-from r2art.data import rooms, sky
-from r2art.data import surroundings as world
-from r2art.data.camera_effects import developed
 from r2art.data.pose import posed_vertices, root_T_part, transformed
-from r2art.data.render import Frame, Scene, render, render_silhouettes
+from r2art.data.rendering.camera_effects import developed
+from r2art.data.rendering.render import Frame, Scene, render, render_silhouettes
 from r2art.data.sample import BACKDROP, Sample
+from r2art.data.scenes import rooms, sky
+from r2art.data.scenes import surroundings as world
+from r2art.data.scenes.surroundings import Surroundings
 from r2art.data.shape import Instance, Surface
 from r2art.data.staging import Staging, place_object
-from r2art.data.surroundings import Surroundings
 
 FloatArray = NDArray[np.floating]
 

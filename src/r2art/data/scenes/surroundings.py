@@ -13,10 +13,10 @@ from numpy.typing import NDArray
 from PIL import Image
 
 from r2art.core.errors import InputError
-from r2art.data.render import TO_LINEAR
+from r2art.data.rendering.render import TO_LINEAR
+from r2art.data.scenes.things import UP, some_thing
 from r2art.data.shape import Material, Surface
 from r2art.data.staging import about
-from r2art.data.things import UP, some_thing
 
 FloatArray = NDArray[np.floating]
 PICTURES = {".jpg", ".jpeg", ".png"}

@@ -1,0 +1,1 @@
+"""What is photographed: an object with its surroundings, light and viewpoint."""

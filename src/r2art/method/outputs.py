@@ -1,0 +1,166 @@
+"""What every network of this package says, and how it is asked.
+
+A network sees crops round objects and whole photos. Of a crop it gives the `RawEstimate` that
+`r2art.method.estimate` turns into poses; in a photo it finds the object and names its category.
+"""
+
+from abc import abstractmethod
+from dataclasses import dataclass
+from typing import Any, Literal
+
+import torch
+from jaxtyping import Float
+from torch import Tensor, nn
+
+from r2art.core.category import Category
+from r2art.method.shape import Prior
+
+PoseHeads = Literal["joint", "part"]
+"""Joint-centric: the root's pose and joint states. Part-centric: a pose for every part."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class NodePoses:
+    """Poses of the parts behind the root, one by one: the part-centric ablation.
+
+    The fields mean what those of `RawEstimate` mean for the root, with the centre of the part's
+    box in place of the root's origin.
+    """
+
+    up: Float[Tensor, "*B J 3"]
+    right: Float[Tensor, "*B J 3"]
+    phi: Float[Tensor, "*B J 2"]
+    log_lambda: Float[Tensor, "*B J"]
+
+
+@dataclass(frozen=True, kw_only=True)
+class RawEstimate:
+    """What a category's branches say, before any geometry.
+
+    Attributes:
+        up: Direction α of the root's y axis, relative to the viewing ray; any length.
+        right: Direction β of its x axis.
+        phi: Offset of the projected root origin from the box centre, in box sizes.
+        log_lambda: Logarithm of the depth correction λ.
+        joint_share: Joint states as share of their range, 0 closed, 1 at the upper limit.
+        log_scale: Deformation of the prior, see `r2art.method.shape.Deformation`.
+        center_shift: Likewise (m); zero for the root.
+        confidence_logit: Of the event that a part's ADD stays below 10 % of its diameter.
+        nodes: Poses of the other parts; then the joint states are read off the poses, and
+            ``joint_share`` means nothing.
+    """
+
+    up: Float[Tensor, "*B 3"]
+    right: Float[Tensor, "*B 3"]
+    phi: Float[Tensor, "*B 2"]
+    log_lambda: Float[Tensor, "*B"]
+    joint_share: Float[Tensor, "*B J"]
+    log_scale: Float[Tensor, "*B P 3"]
+    center_shift: Float[Tensor, "*B P 3"]
+    confidence_logit: Float[Tensor, "*B P"]
+    nodes: NodePoses | None = None
+
+
+def raw_estimate(
+    rot_trans: Float[Tensor, "B posed 8"],
+    log_lambda: Float[Tensor, "B posed"],
+    joint_share: Float[Tensor, "B J"],
+    size: Float[Tensor, "B D"],
+    confidence_logit: Float[Tensor, "B P"],
+) -> RawEstimate:
+    """Numbers by their names.
+
+    Args:
+        rot_trans: Up, right and φ of the root, and of the other parts where they are regressed.
+        log_lambda: Likewise.
+        joint_share: Of the joints.
+        size: 3 P log-scales, then 3 J shifts of centres.
+        confidence_logit: Of the parts.
+    """
+    batch, num_parts = confidence_logit.shape
+    log_scale, shift = size.split([3 * num_parts, size.shape[1] - 3 * num_parts], dim=1)
+    shift = shift.reshape(batch, num_parts - 1, 3)
+    up, right, phi = rot_trans.split([3, 3, 2], dim=2)
+    nodes = NodePoses(
+        up=up[:, 1:], right=right[:, 1:], phi=phi[:, 1:], log_lambda=log_lambda[:, 1:]
+    )
+    return RawEstimate(
+        up=up[:, 0],
+        right=right[:, 0],
+        phi=phi[:, 0],
+        log_lambda=log_lambda[:, 0],
+        joint_share=joint_share,
+        log_scale=log_scale.reshape(batch, num_parts, 3),
+        center_shift=torch.cat([torch.zeros_like(shift[:, :1]), shift], dim=1),
+        confidence_logit=confidence_logit,
+        nodes=nodes if rot_trans.shape[1] > 1 else None,
+    )
+
+
+@dataclass(frozen=True, kw_only=True)
+class TrainingOutput:
+    """What one training pass yields; what a network has no head for is None.
+
+    Attributes:
+        raw: The raw estimate of every crop.
+        mask_logits: Part segmentation of the crops at stride 8; class 0 is no part, k + 1 part k.
+        found_box: The object's box (px) in every whole photo.
+        category_logits: What the photos show.
+        photo_mask_logits: Where in the photos the object is seen, at stride 8.
+    """
+
+    raw: RawEstimate
+    mask_logits: Float[Tensor, "B classes h w"] | None
+    found_box: Float[Tensor, "N 4"]
+    category_logits: Float[Tensor, "N C"]
+    photo_mask_logits: Float[Tensor, "N 1 h w"] | None
+
+
+class Network(nn.Module):
+    """A network for several categories, whatever it is made of.
+
+    Args:
+        categories: What it can estimate.
+        input_size: Side (px) of the square input; a multiple of 32.
+
+    Attributes:
+        names: Of the categories.
+        priors: By name.
+        photo_summary: What `find` reads, to one vector.
+        found_box: From it the box, as centre and log-size.
+        category_logits: From it the category.
+    """
+
+    photo_summary: nn.Module
+    found_box: nn.Module
+    category_logits: nn.Module
+
+    def __init__(self, categories: tuple[Category, ...], input_size: int) -> None:
+        super().__init__()
+        if input_size % 32:
+            raise ValueError(f"input size must be a multiple of 32, got {input_size}")
+        self.input_size = input_size
+        self.names = tuple(c.name for c in categories)
+        self.priors = {c.name: Prior.from_category(c) for c in categories}
+
+    @abstractmethod
+    def features(self, image: Float[Tensor, "B 3 S S"]) -> tuple[Tensor, Any]:
+        """Images in [-1, 1] to dense features, and to what `find` and `estimate_raw` read."""
+
+    @abstractmethod
+    def estimate_raw(
+        self, name: str, seen: Any, box: Float[Tensor, "B 4"], K: Float[Tensor, "B 3 3"]
+    ) -> RawEstimate:
+        """What is seen in crops, with box and intrinsics, to the numbers of category ``name``."""
+
+    @abstractmethod
+    def summarised(self, seen: Any) -> Float[Tensor, "B D"]:
+        """What is seen in whole photos as one vector each."""
+
+    def find(self, seen: Any) -> tuple[Float[Tensor, "B 4"], Float[Tensor, "B C"]]:
+        """What is seen in whole photos to the object's box (px) and category logits, in float32."""
+        summary = self.summarised(seen)
+        center, log_size = self.found_box(summary).float().split(2, dim=1)
+        half = (log_size - 0.5).exp() / 2
+        box = torch.cat([0.5 + center - half, 0.5 + center + half], dim=1)
+        return box * self.input_size, self.category_logits(summary).float()

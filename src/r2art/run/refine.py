@@ -1,0 +1,308 @@
+"""Refine an estimate against a mask: the box first, then the outline, then silhouettes.
+
+All three are least-squares problems with analytic derivatives, solved for several starts at once:
+
+1. The object's *box* must be the mask's. Four numbers can only tell x, y and log z, so only these
+   move; it brings the object home from where no pixel overlaps.
+2. Its convex *outline* must be the mask's: all degrees of freedom, and still no rendering.
+3. Its *silhouettes* must be the masks, coarse to fine; they see what the outline does not.
+
+What the masks cannot tell is held by a prior: the estimate that refinement started from, each
+quantity as firmly as its standard deviation says. NumPy alone; see docs/silhouettes.md.
+"""
+
+import time
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from r2art.core.category import Category
+from r2art.core.errors import InputError, UsageError
+from r2art.run.refine_body import IMAGE_FREEDOM, Body, body_of
+from r2art.run.refine_descent import Measure, Problem, descend
+from r2art.run.refine_image import Level, pixel_errors, pyramid
+from r2art.run.refine_outline import Outline, outline, reach_errors
+from r2art.run.refine_pose import Pose, pose_of, rotation_of
+
+FloatArray = NDArray[np.floating]
+
+POINTS = {28: 128, 56: 512, 112: 2048}
+"""Resolutions, coarse to fine, and how many points of the object serve each of them."""
+STEPS = (6, 12, 0, 4, 0)
+"""Most steps: for the box, for the outline, and at each resolution."""
+DIRECTIONS = 32
+"""Of the outline."""
+STRETCHES = 16
+"""Independent stretches of an outline: how often a mask measures how far off it is."""
+EDGE = 0.35
+"""Square residual of a silhouette that is a pixel off, per pixel of its outline."""
+GRAIN = 0.03
+"""Standard deviation of a rendered outline, of points drawn at random (share of the size)."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Uncertainty:
+    """Standard deviations of an estimate, and of the masks it is refined against.
+
+    Attributes:
+        rotation: Of the root (rad).
+        place: Of the root's place in the image, x/z and y/z.
+        log_depth: Of the logarithm of its distance.
+        joint: Of each joint's state, as a share of its range.
+        log_scale: Of the logarithm of each part's size along x, y, z; 0 holds the shape.
+        outline: Of the masks' outline and of the object's (share of its size in the image).
+    """
+
+    rotation: float = 0.2
+    place: float = 0.05
+    log_depth: float = 0.12
+    joint: float = 0.15
+    log_scale: float = 0.0
+    outline: float = 0.01
+
+    def __post_init__(self) -> None:
+        for name, value in vars(self).items():
+            if not (value > 0 or (name == "log_scale" and value == 0)):
+                raise UsageError(f"the uncertainty of {name} is {value}; it must be positive")
+
+    def deviations(self, body: Body) -> FloatArray:
+        """(D,) of every degree of freedom."""
+        span = np.maximum(body.limits[:, 1] - body.limits[:, 0], 1e-3)
+        root = [self.rotation] * 3 + [self.place] * 2 + [self.log_depth]
+        scale = [self.log_scale] * body.center.size if self.log_scale > 0 else []
+        return np.concatenate([root, self.joint * span, scale])
+
+
+@dataclass(frozen=True, kw_only=True)
+class Refined:
+    """The best found so far.
+
+    Attributes:
+        cam_T_root: (4, 4).
+        joint_state: (J,) rad, m.
+        log_scale: (P, 3) of each part, relative to the body given.
+        residual: Root mean square distance between the object's outline and the masks', as a
+            share of its size in the image.
+        start_residual: That of the estimate.
+        steps: How many were taken.
+        converged: Whether the last problem had come to rest before its steps or the time ran out.
+    """
+
+    cam_T_root: FloatArray
+    joint_state: FloatArray
+    log_scale: FloatArray
+    residual: float
+    start_residual: float
+    steps: int
+    converged: bool
+
+
+def resolutions(
+    category: Category, vertices: Sequence[FloatArray] | None = None
+) -> tuple[Body, ...]:
+    """A category's mean object as each resolution needs it, see `body_of`. Slow; keep it."""
+    body = body_of(category, vertices)
+    return tuple(body.thinned(count) for count in POINTS.values())
+
+
+def refine(
+    bodies: Sequence[Body],
+    cam_T_root: FloatArray,
+    joint_state: FloatArray,
+    masks: FloatArray,
+    K: FloatArray,
+    *,
+    known: FloatArray | None = None,
+    uncertainty: Uncertainty | None = None,
+    starts: int = 1,
+    steps: Sequence[int] = STEPS,
+    seconds: float = np.inf,
+) -> Refined:
+    """Move an estimate until its silhouettes are the masks.
+
+    Args:
+        bodies: The object by `resolutions`, each `Body.stretched` to the estimated part boxes.
+        cam_T_root: (4, 4) the estimate ...
+        joint_state: (J,) ... of pose and joints (rad, m).
+        masks: (H, W) of the whole object, or (P, H, W) of every part, in [0, 1]. Those of parts
+            are whole; where one part hides another, say so in ``known``.
+        K: (3, 3) intrinsics of the masks.
+        known: Like ``masks``; 0 where they may be wrong, else 1.
+        uncertainty: Of the estimate and the masks.
+        starts: Poses to start from: the estimate, and others around it within its uncertainty.
+        steps: Most steps for the box, for the outline, and at each resolution.
+        seconds: When to stop and return the best so far.
+
+    Raises:
+        InputError: A mask that is empty, or not finite.
+        UsageError: Arrays that do not belong together.
+    """
+    until = time.perf_counter() + seconds
+    sure = uncertainty or Uncertainty()
+    masks, known = _checked(bodies[0], masks, known)
+    estimate = pose_of(bodies[0], cam_T_root, joint_state)
+    box, around, *levels = _problems(bodies, estimate, masks, known, K, sure)
+    pose, cost, taken, converged = descend(
+        box, spread(bodies[0], estimate, sure, starts), steps[0], until
+    )
+    for problem, most in zip([around, *levels], steps[1:], strict=True):
+        if time.perf_counter() >= until or (most == 0 and len(cost) == 1):
+            continue
+        pose, cost, used, converged = descend(problem, pose, most, until)
+        best = np.argsort(cost)[: max(1, len(cost) // 4)]
+        pose, cost, taken = pose.pick(best), cost[best], taken + used
+    shares = [_distance(around, p, sure.outline) for p in (pose.pick(np.array([0])), estimate)]
+    better = shares[0] <= shares[1]
+    return _result(
+        bodies[0],
+        pose if better else estimate,
+        residual=min(shares),
+        start_residual=shares[1],
+        steps=taken,
+        converged=converged,
+    )
+
+
+def spread(body: Body, estimate: Pose, uncertainty: Uncertainty, count: int) -> Pose:
+    """The estimate and ``count`` − 1 poses around it, turned about axes all around, joints moved.
+
+    Turns are 0.8 and 1.6 standard deviations by turns, joints up to 2.
+    """
+    i = np.arange(count)
+    height = 1 - 2 * (i - 0.5) / max(1, count - 1)
+    ring = np.sqrt(np.clip(1 - height**2, 0, 1))
+    turn = i * np.pi * (1 + 5**0.5)
+    axis = np.stack([ring * np.cos(turn), ring * np.sin(turn), height], axis=-1)
+    angle = uncertainty.rotation * np.where(i % 2, 1.6, 0.8) * (i > 0)
+    joint = np.arange(1, len(body.parent) + 1)
+    golden = np.mod(i[:, None] / (1 + _plastic(len(joint))) ** joint, 1) * 2 - 1
+    span = body.limits[:, 1] - body.limits[:, 0]
+    shift = golden * (i > 0)[:, None] * 2 * uncertainty.joint * span
+    state = np.clip(estimate.joint_state + shift, body.limits[:, 0], body.limits[:, 1])
+    return Pose(
+        rotation=rotation_of(axis * angle[:, None]) @ estimate.rotation,
+        anchor=np.repeat(estimate.anchor, count, axis=0),
+        joint_state=state,
+        log_scale=np.repeat(estimate.log_scale, count, axis=0),
+    )
+
+
+def _plastic(dimensions: int) -> float:
+    """φ − 1, where φ^(d+1) = φ + 1: multiples of 1/φ, 1/φ², ... fill a cube evenly."""
+    root = 1.5
+    for _ in range(30):
+        root = (1 + root) ** (1 / (dimensions + 1))
+    return root - 1
+
+
+def _problems(
+    bodies: Sequence[Body],
+    estimate: Pose,
+    masks: FloatArray,
+    known: FloatArray,
+    K: FloatArray,
+    sure: Uncertainty,
+) -> list[Problem]:
+    """In their order: the box, the outline, and silhouettes at each resolution."""
+    scale = sure.log_scale > 0
+    tips = bodies[0].outlined()
+    box = outline(masks.max(axis=0)[None], known.min(axis=0)[None], K, 4)
+    around = outline(masks, known, K, DIRECTIONS)
+    levels = pyramid(masks, known, K, box.corners, tuple(POINTS))
+    deviations = sure.deviations(tips)
+    whole = np.ones(len(deviations), bool)
+    place = np.zeros(len(deviations), bool)
+    place[3:IMAGE_FREEDOM] = True
+
+    def reach(wanted: Outline) -> Measure:
+        firmness = _independence(wanted.reach.shape[-1]) / (sure.outline * wanted.extent)
+
+        def measure(pose: Pose) -> tuple[FloatArray, FloatArray]:
+            error, slopes = reach_errors(tips, pose, wanted, scale=scale)
+            return firmness * error, firmness * slopes
+
+        return measure
+
+    def pixels(body: Body, level: Level) -> Measure:
+        outlines = reach(around)
+        firmness = np.sqrt(STRETCHES / (EDGE * 4 * level.side)) / (GRAIN * level.side)
+
+        def measure(pose: Pose) -> tuple[FloatArray, FloatArray]:
+            seen = pixel_errors(body, pose, level, scale=scale)
+            both = zip(seen, outlines(pose), strict=True)
+            error, slopes = (np.concatenate([firmness * a, b], axis=-1) for a, b in both)
+            return error, slopes
+
+        return measure
+
+    def problem(body: Body, measure: Measure, free: NDArray[np.bool_]) -> Problem:
+        return Problem(
+            measure=measure,
+            body=body,
+            estimate=estimate,
+            precision=deviations**-2.0,
+            free=free,
+        )
+
+    silhouettes = zip(bodies, levels, strict=True)
+    return [
+        problem(tips, reach(box), place),
+        problem(tips, reach(around), whole),
+        *(problem(body, pixels(body, level), whole) for body, level in silhouettes),
+    ]
+
+
+def _checked(
+    body: Body, masks: FloatArray, known: FloatArray | None
+) -> tuple[FloatArray, FloatArray]:
+    """Masks and what is known of them, both as (I, H, W)."""
+    masks = np.asarray(masks, float)
+    masks = masks[None] if masks.ndim == 2 else masks
+    if masks.ndim != 3 or len(masks) not in (1, len(body.center)):
+        raise UsageError(
+            f"masks of shape {masks.shape} for an object of {len(body.center)} parts; give (H, W) "
+            "of the whole object, or one such mask of every part"
+        )
+    if not np.isfinite(masks).all():
+        raise InputError("the mask has values that are not finite; give numbers from 0 to 1")
+    known = np.broadcast_to(1.0 if known is None else np.asarray(known, float), masks.shape)
+    if not (masks * known > 0.5).any():
+        raise InputError("the mask shows no object; there is nothing to refine against")
+    return masks, known
+
+
+def _independence(directions: int) -> float:
+    """What each of so many neighbouring directions counts, as a share of its own deviation."""
+    return min(1.0, STRETCHES / directions) ** 0.5
+
+
+def _distance(around: Problem, pose: Pose, deviation: float) -> float:
+    """Root mean square distance of the outlines, as a share of the object's size."""
+    error, _ = around.measure(pose)
+    told = max(1, np.count_nonzero(error))
+    return float(np.sqrt((error**2).sum() / told)) * deviation / _independence(DIRECTIONS)
+
+
+def _result(
+    body: Body,
+    pose: Pose,
+    *,
+    residual: float,
+    start_residual: float,
+    steps: int,
+    converged: bool,
+) -> Refined:
+    cam_T_root = np.eye(4)
+    cam_T_root[:3, :3] = pose.rotation[0]
+    cam_T_root[:3, 3] = pose.anchor[0] - pose.rotation[0] @ body.anchor
+    return Refined(
+        cam_T_root=cam_T_root,
+        joint_state=pose.joint_state[0],
+        log_scale=pose.log_scale[0],
+        residual=residual,
+        start_residual=start_residual,
+        steps=steps,
+        converged=converged,
+    )

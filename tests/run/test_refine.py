@@ -1,0 +1,371 @@
+"""Refinement: derivatives, invariances, and objects that come home."""
+
+import math
+
+import numpy as np
+import pytest
+from PIL import Image, ImageDraw
+
+from r2art.core.category import Category, Joint
+from r2art.core.errors import InputError, UsageError
+from r2art.run.refine import Uncertainty, refine, resolutions, spread
+from r2art.run.refine_body import body_of
+from r2art.run.refine_image import pixel_errors, pyramid
+from r2art.run.refine_outline import outline, reach_errors
+from r2art.run.refine_pose import (
+    Pose,
+    derivatives,
+    difference,
+    moved,
+    pose_of,
+    posed,
+    rotation_of,
+    vector_of,
+)
+
+SIZE = 160
+K = np.array([[220.0, 0, 80], [0, 210, 78], [0, 0, 1]])
+SURE = Uncertainty(rotation=0.2, log_depth=0.1, outline=0.005)
+
+
+def plate_surface(center, size, count, rng):
+    """Points, normals and area of a box's surface, drawn at random."""
+    area = np.array([size[1] * size[2], size[0] * size[2], size[0] * size[1]])
+    axis = rng.choice(3, count, p=area / area.sum())
+    side = rng.choice([-1, 1], count)
+    points = rng.uniform(-0.5, 0.5, (count, 3))
+    points[np.arange(count), axis] = side / 2
+    return center + points * size, side[:, None] * np.eye(3)[axis], 2 * area.sum()
+
+
+@pytest.fixture(scope="module")
+def notebook() -> Category:
+    """A base with a lid on a hinge and a drawer: two parts that turn and slide."""
+    rng = np.random.default_rng(0)
+    center = np.array([[0, 0, 0], [0, 0.03, 0], [0.05, 0.0, 0.02]], float)
+    size = np.array([[0.34, 0.04, 0.24], [0.34, 0.02, 0.24], [0.2, 0.03, 0.2]])
+    surfaces = [plate_surface(c, s, 512, rng) for c, s in zip(center, size, strict=True)]
+    points, normals, areas = zip(*surfaces, strict=True)
+    joints = (
+        Joint(
+            name="hinge",
+            kind="revolute",
+            parent=0,
+            axis=(-1.0, 0, 0),
+            pivot=(0, 0.02, -0.12),
+            limits=(0.0, 2.2),
+        ),
+        Joint(
+            name="slide",
+            kind="prismatic",
+            parent=0,
+            axis=(0, 0, 1.0),
+            pivot=(0, 0, 0),
+            limits=(0.0, 0.15),
+        ),
+    )
+    return Category(
+        name="notebook",
+        part_names=("base", "lid", "drawer"),
+        joints=joints,
+        box_center=center,
+        box_size=size,
+        points=np.stack(points),
+        normals=np.stack(normals),
+        areas=np.array(areas),
+        frontal_area=0.05,
+    )
+
+
+@pytest.fixture(scope="module")
+def bodies(notebook):
+    return resolutions(notebook)
+
+
+def a_pose(body, count: int = 1, seed: int = 0) -> Pose:
+    """From the front and above, joints well within their limits."""
+    rng = np.random.default_rng(seed)
+    R = np.diag([1.0, -1, -1]) @ rotation_of(np.array([0.5, 0, 0]))
+    turned = R @ rotation_of(np.array([0, 0.4, 0]) + 0.1 * rng.normal(size=(count, 3)))
+    low, high = body.limits.T
+    return Pose(
+        rotation=turned,
+        anchor=np.array([0.02, 0.04, 1.0]) + 0.02 * rng.normal(size=(count, 3)),
+        joint_state=low + (high - low) * rng.uniform(0.4, 0.8, (count, len(low))),
+        log_scale=np.zeros((count, *body.center.shape)),
+    )
+
+
+def box_masks(body, pose: Pose) -> np.ndarray:
+    """(P, H, W) exact masks of the parts' boxes: their projected corners' hulls, drawn."""
+    corner = np.array(np.meshgrid(*[[-0.5, 0.5]] * 3)).reshape(3, -1)
+    corners = body.center[..., None] + body.size[..., None] * corner
+    at = posed(body, pose)
+    points = at.rotation[0] @ corners + at.translation[0][..., None]
+    uv = points[:, :2] / points[:, 2:] * np.array([[K[0, 0]], [K[1, 1]]]) + K[:2, 2:]
+    return np.stack([_filled_hull(p.T) for p in uv])
+
+
+def _filled_hull(points: np.ndarray, fine: int = 8) -> np.ndarray:
+    order = sorted(map(tuple, points * fine - 0.5))
+    chains = []
+    for walk in (order, order[::-1]):
+        chain: list = []
+        for p in walk:
+            while len(chain) > 1 and _turn(chain[-2], chain[-1], p) <= 0:
+                chain.pop()
+            chain.append(p)
+        chains += chain[:-1]
+    image = Image.new("L", (SIZE * fine, SIZE * fine))
+    ImageDraw.Draw(image).polygon(chains, fill=1)
+    shares = np.asarray(image, float).reshape(SIZE, fine, SIZE, fine).mean(axis=(1, 3))
+    return (shares > 0.5).astype(float)
+
+
+def _turn(a, b, c) -> float:
+    return (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
+
+
+def add(body, a: Pose, b: Pose) -> float:
+    """Mean distance of the object's points in two poses (m)."""
+    return float(np.linalg.norm(posed(body, a).points - posed(body, b).points, axis=2).mean())
+
+
+def refined(bodies, start: Pose, masks, **options):
+    cam_T_root = np.eye(4)
+    cam_T_root[:3, :3] = start.rotation[0]
+    cam_T_root[:3, 3] = start.anchor[0] - start.rotation[0] @ bodies[0].anchor
+    result = refine(bodies, cam_T_root, start.joint_state[0], masks, K, **options)
+    return result, pose_of(bodies[0], result.cam_T_root, result.joint_state)
+
+
+def off(body, pose: Pose, *, turn=0.3, depth=0.1, joints=0.2, place=0.02) -> Pose:
+    step = [*(turn * np.array([0.6, -0.7, 0.4])), place, -place, math.log(1 + depth)]
+    span = (body.limits[:, 1] - body.limits[:, 0]) * joints
+    return moved(body, pose, np.array([[*step, *span * [1, -1]]]))
+
+
+@pytest.mark.parametrize("scale", [False, True])
+def test_points_move_as_their_derivatives_say(bodies, scale):
+    body, rng = bodies[0], np.random.default_rng(1)
+    pose = a_pose(body, 2)
+    pose = Pose(**{**vars(pose), "log_scale": 0.1 * rng.normal(size=pose.log_scale.shape)})
+    by_points, by_patches = derivatives(body, pose, posed(body, pose), scale=scale)
+    D = by_points.shape[2]
+    assert 8 + (9 if scale else 0) == D
+    for d in range(D):
+        step = np.zeros((2, D))
+        step[:, d] = 1e-6
+        ahead, behind = (posed(body, moved(body, pose, s)) for s in (step, -step))
+        slope = (ahead.points - behind.points) / 2e-6
+        np.testing.assert_allclose(slope, by_points[:, :, d], atol=1e-8)
+        slope = (ahead.patches - behind.patches) / 2e-6
+        np.testing.assert_allclose(slope, by_patches[:, :, d], atol=1e-8)
+
+
+@pytest.mark.parametrize("by_part", [False, True])
+def test_errors_move_as_their_derivatives_say(bodies, by_part):
+    """Those of the masks' own softness are left out: it follows the rendering without a slope."""
+    body = bodies[0]
+    pose = a_pose(body, 2)
+    masks = box_masks(body, a_pose(body))
+    masks = masks if by_part else masks.max(axis=0, keepdims=True)
+    around = outline(masks, np.ones_like(masks), K, 16)
+    (level,) = pyramid(0 * masks, np.ones_like(masks), K, around.corners, (28,))
+    for measure in (
+        lambda p: pixel_errors(body, p, level, scale=True),
+        lambda p: reach_errors(body, p, around, scale=True),
+    ):
+        _, slopes = measure(pose)
+        for d in range(slopes.shape[1]):
+            step = np.zeros((2, slopes.shape[1]))
+            step[:, d] = 1e-6
+            numeric = (measure(moved(body, pose, step))[0] - measure(pose)[0]) / 1e-6
+            np.testing.assert_allclose(numeric, slopes[:, d], atol=2e-4 * np.abs(slopes).max())
+
+
+def test_the_difference_of_two_poses_leads_from_one_to_the_other(bodies):
+    pose = a_pose(bodies[0], 3)
+    step = 0.01 * np.random.default_rng(0).uniform(-1, 1, (3, 17))
+    there = moved(bodies[0], pose, step)
+    np.testing.assert_allclose(difference(bodies[0], there, pose, scale=True), step, atol=1e-9)
+
+
+@pytest.mark.parametrize("angle", [0.0, 1e-12, 1e-4, 1.0, 3.0])
+def test_rotations_and_their_vectors_are_inverse(angle):
+    vector = angle * np.array([[0.6, 0.0, -0.8]])
+    R = rotation_of(vector)
+    np.testing.assert_allclose(R @ R.transpose(0, 2, 1), np.eye(3)[None], atol=1e-12)
+    np.testing.assert_allclose(vector_of(R), vector, atol=1e-9)
+
+
+def test_thinning_keeps_the_surface(notebook):
+    body = body_of(notebook)
+    for count in (48, 300, 5000):
+        thin = body.thinned(count)
+        areas = [np.linalg.norm(b.patches, axis=1).sum(axis=-1) for b in (body, thin)]
+        np.testing.assert_allclose(areas[1], areas[0])
+    assert body.thinned(48).points.shape == (3, 3, 16)
+
+
+def test_a_stretched_body_has_the_boxes_asked_for(notebook):
+    body = body_of(notebook)
+    size = body.size * [1.2, 0.9, 1.1]
+    center = body.center + [[0, 0, 0], [0, 0.01, 0], [0.02, 0, 0]]
+    stretched = body.stretched(center, size)
+    extent = np.ptp(stretched.tips, axis=-1)
+    np.testing.assert_allclose(extent, size)
+    back = stretched.stretched(body.center, body.size)
+    for name in ("points", "patches", "pivot", "tips"):
+        np.testing.assert_allclose(getattr(back, name), getattr(body, name), atol=1e-12)
+
+
+def test_the_outline_of_a_body_is_that_of_its_mask(bodies):
+    pose = a_pose(bodies[0])
+    masks = box_masks(bodies[0], pose)
+    wanted = outline(masks, np.ones_like(masks), K, 32)
+    error, _ = reach_errors(bodies[0].outlined(), pose, wanted, scale=False)
+    assert np.abs(error).max() < 1.0 / K[1, 1]  # a pixel
+
+
+@pytest.mark.parametrize("by_part", [False, True])
+@pytest.mark.parametrize("seed", [0, 1, 2])
+def test_an_object_comes_home(bodies, by_part, seed):
+    true = a_pose(bodies[0], seed=seed)
+    masks = box_masks(bodies[0], true)
+    start = off(bodies[0], true)
+    result, pose = refined(bodies, start, masks if by_part else masks.max(axis=0), uncertainty=SURE)
+    assert add(bodies[0], start, true) > 0.08
+    assert add(bodies[0], pose, true) < 0.012
+    assert result.residual < 0.02 < result.start_residual
+    assert result.steps > 3
+
+
+def test_it_comes_home_from_where_no_pixel_overlaps(bodies):
+    true = a_pose(bodies[0])
+    start = off(bodies[0], true, place=0.5, depth=0.3)
+    unsure = Uncertainty(place=0.5, log_depth=0.3, outline=0.005)
+    masks = box_masks(bodies[0], true)
+    assert (masks.max(axis=0) * box_masks(bodies[0], start).max(axis=0)).sum() == 0
+    _, pose = refined(bodies, start, masks, uncertainty=unsure)
+    assert add(bodies[0], pose, true) < 0.015
+
+
+def test_several_starts_find_what_one_does_not(bodies):
+    true = a_pose(bodies[0])
+    masks = box_masks(bodies[0], true)
+    start = off(bodies[0], true, turn=1.3, joints=0.3)
+    unsure = Uncertainty(rotation=0.7, joint=0.3, outline=0.005)
+    one, _ = refined(bodies, start, masks, uncertainty=unsure)
+    many, pose = refined(bodies, start, masks, uncertainty=unsure, starts=16)
+    assert many.residual <= one.residual + 1e-3
+    assert add(bodies[0], pose, true) < 0.03
+
+
+def test_moving_the_camera_leaves_the_joints_alone(bodies):
+    """The window moves with the object: another principal point is another picture of the same."""
+    true = a_pose(bodies[0])
+    masks = box_masks(bodies[0], true)
+    start = off(bodies[0], true)
+    result, _ = refined(bodies, start, masks)
+    shifted = np.array([[1, 0, 7], [0, 1, -5], [0, 0, 1]]) @ K
+    cam_T_root = np.eye(4)
+    cam_T_root[:3, :3] = start.rotation[0]
+    cam_T_root[:3, 3] = start.anchor[0] - start.rotation[0] @ bodies[0].anchor
+    assert masks[:, 8:-8, 8:-8].sum() == masks.sum()
+    moved_masks = np.roll(masks, (-5, 7), axis=(1, 2))
+    again = refine(bodies, cam_T_root, start.joint_state[0], moved_masks, shifted)
+    np.testing.assert_allclose(again.joint_state, result.joint_state, atol=1e-6)
+    np.testing.assert_allclose(again.cam_T_root, result.cam_T_root, atol=1e-6)
+
+
+def test_joints_stay_within_their_limits(bodies):
+    true = a_pose(bodies[0])
+    shut = Pose(**{**vars(true), "joint_state": np.zeros((1, 2))})
+    masks = box_masks(bodies[0], shut)
+    result, _ = refined(bodies, off(bodies[0], shut), masks, uncertainty=SURE)
+    low, high = bodies[0].limits.T
+    assert (result.joint_state >= low).all()
+    assert (result.joint_state <= high).all()
+    assert result.joint_state[0] < 0.15
+
+
+def test_a_sure_estimate_stays_where_it_is(bodies):
+    true = a_pose(bodies[0])
+    start = off(bodies[0], true)
+    sure = Uncertainty(rotation=1e-4, place=1e-4, log_depth=1e-4, joint=1e-4, outline=0.05)
+    _, pose = refined(bodies, start, box_masks(bodies[0], true), uncertainty=sure)
+    assert add(bodies[0], pose, start) < 0.002
+
+
+def test_a_longer_object_is_found_to_be_longer(bodies):
+    body = bodies[0]
+    size = body.size * np.array([[1.1, 1, 1], [1.1, 1, 1], [1, 1, 1]])
+    longer = body.stretched(body.center, size)
+    true = a_pose(longer)
+    free = Uncertainty(rotation=0.1, log_depth=0.02, log_scale=0.1, outline=0.005)
+    result, _ = refined(bodies, true, box_masks(longer, true), uncertainty=free)
+    assert 0.05 < result.log_scale[0, 0] < 0.15
+    assert abs(result.log_scale[0, 2]) < 0.05
+
+
+def test_what_is_not_known_does_not_pull(bodies):
+    """A bar hides part of the object; only where this is said does it come home."""
+    true = a_pose(bodies[0])
+    masks = box_masks(bodies[0], true)
+    known = np.ones((SIZE, SIZE))
+    known[:, 95:] = 0
+    start = off(bodies[0], true, turn=0.1, depth=0.05, joints=0.05)
+    sure = Uncertainty(rotation=0.06, log_depth=0.05, joint=0.05, outline=0.005)
+    hidden = masks * known
+    _, told = refined(bodies, start, hidden, known=known, uncertainty=sure)
+    _, untold = refined(bodies, start, hidden, uncertainty=sure)
+    assert add(bodies[0], told, true) < 0.5 * add(bodies[0], untold, true)
+    assert add(bodies[0], told, true) < add(bodies[0], start, true)
+
+
+def test_it_may_be_stopped_at_any_time_and_is_never_worse(bodies):
+    true = a_pose(bodies[0])
+    masks = box_masks(bodies[0], true)
+    start = off(bodies[0], true)
+    residuals = []
+    for steps in ((0, 0, 0, 0, 0), (6, 0, 0, 0, 0), (6, 4, 0, 0, 0), (6, 12, 0, 4, 0)):
+        result, _ = refined(bodies, start, masks, steps=steps)
+        assert result.residual <= result.start_residual
+        assert result.steps <= sum(steps)
+        residuals.append(result.residual)
+    assert all(b <= a + 1e-4 for a, b in zip(residuals[:-1], residuals[1:], strict=True))
+    assert residuals[-1] < 0.1 * residuals[0]
+    at_once, pose = refined(bodies, start, masks, seconds=0.0)
+    assert at_once.steps == 0
+    assert not at_once.converged
+    assert add(bodies[0], pose, start) < 1e-9
+
+
+def test_the_first_start_is_the_estimate_and_the_others_surround_it(bodies):
+    estimate = a_pose(bodies[0])
+    starts = spread(bodies[0], estimate, Uncertainty(rotation=0.5), 16)
+    np.testing.assert_allclose(starts.rotation[0], estimate.rotation[0])
+    np.testing.assert_allclose(starts.joint_state[0], estimate.joint_state[0])
+    turns = vector_of(starts.rotation @ estimate.rotation.transpose(0, 2, 1))[1:]
+    assert np.linalg.norm(turns.mean(axis=0)) < 0.15
+    np.testing.assert_allclose(np.sort(np.linalg.norm(turns, axis=1))[[0, -1]], [0.4, 0.8])
+
+
+@pytest.mark.parametrize(
+    ("masks", "error"),
+    [
+        (np.zeros((SIZE, SIZE)), InputError),
+        (np.full((SIZE, SIZE), np.nan), InputError),
+        (np.ones((2, SIZE, SIZE)), UsageError),
+        (np.ones(SIZE), UsageError),
+    ],
+)
+def test_masks_that_cannot_be_meant_are_refused(bodies, masks, error):
+    with pytest.raises(error, match="mask"):
+        refined(bodies, a_pose(bodies[0]), masks)
+
+
+def test_an_uncertainty_must_be_positive():
+    with pytest.raises(UsageError, match="log_depth is 0"):
+        Uncertainty(log_depth=0)
