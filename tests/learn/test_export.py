@@ -141,6 +141,19 @@ def test_the_metadata_is_what_the_run_tier_reads(model_file, session, photos):
     }
 
 
+def test_the_file_holds_the_mean_object(model_file, photos):
+    for known in load(model_file).model.categories:
+        prior, category = known.prior(), photos[known.name].category
+        assert prior.joints == category.joints
+        np.testing.assert_allclose(prior.points, category.points, atol=1e-3)
+        np.testing.assert_array_equal(prior.box_size, category.box_size)
+        damaged = replace(known, embedded=(known.embedded or "")[:200])
+        with pytest.raises(ModelError, match="damaged"):
+            damaged.prior()
+        with pytest.raises(ModelError, match="export it again"):
+            replace(known, embedded=None).prior()
+
+
 def test_states_stay_within_their_limits_whatever_the_picture(model_file, session):
     about = json.loads(session.get_modelmeta().custom_metadata_map["r2art"])
     for feed in feeds(6):

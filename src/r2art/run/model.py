@@ -1,8 +1,10 @@
 """The exported model file: one ONNX graph, and what its metadata says it knows."""
 
+import base64
+import io
 import json
 import os
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -10,7 +12,7 @@ import numpy as np
 import onnxruntime as ort
 from numpy.typing import NDArray
 
-from r2art.core.category import JointKind
+from r2art.core.category import Category, JointKind
 from r2art.core.errors import ModelError
 from r2art.core.image import Box, View
 
@@ -37,19 +39,36 @@ class ModelCategory:
     """A category the model knows: its parts, the root first, and its joints.
 
     ``size_spread`` is the relative spread of such objects' sizes, None where the file does not
-    say.
+    say; ``embedded`` is its prior as `r2art export` writes it, see :meth:`prior`.
     """
 
     name: str
     parts: tuple[str, ...]
     joints: tuple[ModelJoint, ...]
     size_spread: float | None = None
+    embedded: str | None = field(default=None, repr=False)
 
     @property
     def outputs(self) -> tuple[str, ...]:
         """Names of the outputs that speak of this category."""
         fields = PART_OUTPUTS + (JOINT_OUTPUTS if self.joints else ())
-        return tuple(f"{self.name}.{field}" for field in fields)
+        return tuple(f"{self.name}.{name}" for name in fields)
+
+    def prior(self) -> Category:
+        """The mean object of the category, with points on its surface.
+
+        Raises:
+            ModelError: The model was exported before models held it, or is damaged.
+        """
+        if self.embedded is None:
+            raise ModelError(
+                f"the model does not hold the shape of a {self.name}; export it again with this "
+                "r2art"
+            )
+        try:
+            return Category.load(io.BytesIO(base64.b64decode(self.embedded)))
+        except Exception as error:  # zip, npy and JSON decoders raise whatever they trip over
+            raise ModelError(f"the model's {self.name} is damaged ({error})") from None
 
 
 class Model:
@@ -139,7 +158,7 @@ def _category(data: dict[str, Any]) -> ModelCategory:
         for j in data["joints"]
     )
     spread = float(data.get("size_spread", 0.0)) or None
-    return ModelCategory(data["name"], tuple(data["parts"]), joints, spread)
+    return ModelCategory(data["name"], tuple(data["parts"]), joints, spread, data.get("prior"))
 
 
 def _decimal(values: NDArray[np.floating]) -> NDArray[np.floating]:
