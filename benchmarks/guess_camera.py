@@ -15,7 +15,7 @@ from rich.progress import track
 import r2art
 from r2art.core.camera import Camera
 from r2art.data.shards import Dataset, from_row
-from r2art.learn.metrics import rotation_error
+from r2art.learn.evaluation.metrics import rotation_error
 from r2art.run.guess import GUESSED_FOVS
 
 BANDS = ((25, 40), (40, 65), (65, 90), (25, 90))

@@ -75,7 +75,7 @@ class Case:
     joint: float = np.radians(20)
     depth: float = 0.1
     pixels: float = 6.0
-    starts: int = 1
+    starts: int = 4
     by_part: bool = False
     wrong: float = 0.0
     spoil: Callable[[FloatArray, np.random.Generator], tuple[FloatArray, FloatArray]] | None = None
@@ -308,8 +308,8 @@ def report(trials: int, only: str | None, flags: str) -> str:
         "in %. One object per category, masks of 224² drawn from its mesh; it is refined by its "
         "points and the vertices that reach farthest, against the mask of the whole. Starts: near "
         "and the columns without a start of their own 20°, joints 20° (slides 22 % of their "
-        "range), 10 % of the distance, 6 px; far 100 px and 30 %; wide 40°, 40°, 20 %, from 16 "
-        "poses. Times are CPU ms of one core (median). "
+        "range), 10 % of the distance, 6 px; far 100 px and 30 %; wide 40°, 40°, 20 %; from 4 "
+        "poses, wide from 16. Times are CPU ms of one core (median). "
         f"Written by `python benchmarks/refine.py{flags}`."
     )
     return "\n".join(

@@ -37,7 +37,7 @@ from r2art.data.scenes.surroundings import Surroundings
 from r2art.data.shape import Instance
 from r2art.data.staging import View, place_object
 from r2art.data.synth import Synth, synthesise
-from r2art.learn.scores import truth
+from r2art.learn.evaluation.scores import truth
 
 ROOT = Path(__file__).resolve().parent.parent
 SIZE = 800  # px

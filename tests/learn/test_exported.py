@@ -1,38 +1,42 @@
 """Training goes on from a model file as it does from the run that the file was made of."""
 
+from dataclasses import replace
+
 import numpy as np
 import onnx
 import pytest
 import torch
-from conftest import small_recipe
 
 from r2art.core.errors import ModelError
 from r2art.learn import checkpoint, exported
 from r2art.learn.batches import Batches
 from r2art.learn.export import Graph
-from r2art.method.network import R2ArtNet
-
-RECIPE = small_recipe(steps=1)
-
-
-def fresh(photos, names=("drawer", "laptop")) -> R2ArtNet:
-    recipe = RECIPE
-    return R2ArtNet(
-        tuple(photos[name].category for name in names),
-        recipe.backbone,
-        recipe.input_size,
-        recipe.width,
-        recipe.backbone_options,
-    )
+from r2art.learn.recipes import recipe_of
+from r2art.method.outputs import Network
 
 
 @pytest.fixture(scope="module")
-def inputs(photos):
-    name, crops, views, _ = Batches(RECIPE, photos, None, torch.device("cpu"), 0)(0)
+def recipe(run):
+    return recipe_of(checkpoint.facts(run)["recipe"])
+
+
+@pytest.fixture
+def fresh(photos, recipe):
+    """Makes a network of the recipe, for these categories."""
+
+    def make(names=("drawer", "laptop"), **changes) -> Network:
+        return replace(recipe, **changes).make(tuple(photos[name].category for name in names))
+
+    return make
+
+
+@pytest.fixture(scope="module")
+def inputs(photos, recipe):
+    name, crops, views, _ = Batches(recipe, photos, None, torch.device("cpu"), 0)(0)
     return name, crops.image, crops.box, crops.K, views.image
 
 
-def said(network: R2ArtNet, name: str, inputs) -> list[torch.Tensor]:
+def said(network: Network, name: str, inputs) -> list[torch.Tensor]:
     _, image, box, K, _ = inputs
     pixels = ((image[:1] + 1) * 127.5).permute(0, 2, 3, 1).round().to(torch.uint8)
     with torch.no_grad():
@@ -42,8 +46,8 @@ def said(network: R2ArtNet, name: str, inputs) -> list[torch.Tensor]:
     return [answers[0], *answers[start : start + per_category]]
 
 
-def test_the_network_computes_what_the_run_does(photos, run, model_file, inputs):
-    network = fresh(photos)
+def test_the_network_computes_what_the_run_does(fresh, run, model_file, inputs):
+    network = fresh()
     exported.load_exported(network, model_file, inputs)
     trained, _ = checkpoint.load_network(run)
     for name in network.names:
@@ -53,9 +57,9 @@ def test_the_network_computes_what_the_run_does(photos, run, model_file, inputs)
             torch.testing.assert_close(ours, theirs, rtol=5e-3, atol=5e-3)
 
 
-def test_its_normalisation_is_alive_again(photos, model_file, inputs):
+def test_its_normalisation_is_alive_again(fresh, model_file, inputs):
     """Batch statistics, as in training, change little: the layers know what they will see."""
-    network = fresh(photos)
+    network = fresh()
     exported.load_exported(network, model_file, inputs)
     images = torch.cat([inputs[1], inputs[4]])
     with torch.no_grad():
@@ -65,8 +69,8 @@ def test_its_normalisation_is_alive_again(photos, model_file, inputs):
     assert evaluated.std() > 0.1
 
 
-def test_a_category_that_the_file_does_not_know_gets_fresh_heads(photos, model_file, inputs):
-    network = fresh(photos, ("laptop",))
+def test_a_category_that_the_file_does_not_know_gets_fresh_heads(fresh, model_file, inputs):
+    network = fresh(("laptop",))
     before = {k: v.clone() for k, v in network.state_dict().items()}
     _, *rest = inputs
     exported.load_exported(network, model_file, ("laptop", *rest))
@@ -84,7 +88,7 @@ def test_the_facts_name_the_file_and_its_making(model_file):
     assert facts["recipe"]["steps"] == 30
 
 
-def test_what_is_no_model_is_refused_in_one_line(photos, tmp_path, model_file, inputs):
+def test_what_is_no_model_is_refused_in_one_line(fresh, tmp_path, model_file, inputs):
     torn = tmp_path / "torn.onnx"
     torn.write_bytes(model_file.read_bytes()[:5000])
     foreign = tmp_path / "foreign.onnx"
@@ -97,17 +101,11 @@ def test_what_is_no_model_is_refused_in_one_line(photos, tmp_path, model_file, i
         (tmp_path / "none.onnx", "cannot read"),
     ):
         with pytest.raises(ModelError, match=message):
-            exported.load_exported(fresh(photos), path, inputs)
+            exported.load_exported(fresh(), path, inputs)
 
 
-def test_another_network_is_refused_and_changes_nothing(photos, model_file, inputs):
-    other = R2ArtNet(
-        tuple(p.category for p in photos.values()),
-        "mobilenetv2_050",
-        RECIPE.input_size,
-        48,
-        RECIPE.backbone_options,
-    )
+def test_another_network_is_refused_and_changes_nothing(fresh, model_file, inputs):
+    other = fresh(width=48)
     before = {k: v.clone() for k, v in other.state_dict().items()}
     with pytest.raises(ModelError, match="of another network"):
         exported.load_exported(other, model_file, inputs)

@@ -5,8 +5,9 @@ from dataclasses import replace
 import pytest
 import roma
 import torch
+import warp as wp
 
-from r2art.method import se3
+from r2art.method import se3, silhouette_warp
 from r2art.method.kinematics import forward_kinematics
 from r2art.method.shape import Prior, Shape
 from r2art.method.silhouette import (
@@ -208,3 +209,11 @@ def test_doubles_and_cameras_to_be_learned_take_the_plain_way(chest):
     K.requires_grad_()
     seen = part_silhouettes(shaped(prior, *surface), pose, K, (H, W))
     assert torch.autograd.grad(seen.union.sum(), K)[0].abs().sum() > 0
+
+
+@pytest.mark.slow
+def test_the_kernels_compile_for_a_gpu_that_is_not_there(tmp_path):
+    wp.init()
+    made = wp.compile_aot_module(silhouette_warp, arch=[90], module_dir=tmp_path, use_ptx=True)
+    assert ".target sm_90" in made[0].read_text(errors="ignore")
+    assert "atom.global.add.f32" in made[0].read_text(errors="ignore")

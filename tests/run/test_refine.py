@@ -1,6 +1,7 @@
 """Refinement: derivatives, invariances, and objects that come home."""
 
 import math
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -140,9 +141,9 @@ def refined(bodies, start: Pose, masks, **options):
 
 
 def off(body, pose: Pose, *, turn=0.3, depth=0.1, joints=0.2, place=0.02) -> Pose:
-    step = [*(turn * np.array([0.6, -0.7, 0.4])), place, -place, math.log(1 + depth)]
+    root = [*(turn * np.array([0.6, -0.7, 0.4])), place, -place, math.log(1 + depth)]
     span = (body.limits[:, 1] - body.limits[:, 0]) * joints
-    return moved(body, pose, np.array([[*step, *span * [1, -1]]]))
+    return moved(body, pose, np.array([[*root, *(span * [1, -1])]]))
 
 
 @pytest.mark.parametrize("scale", [False, True])
@@ -211,7 +212,7 @@ def test_thinning_keeps_the_surface(notebook):
 def test_a_stretched_body_has_the_boxes_asked_for(notebook):
     body = body_of(notebook)
     size = body.size * [1.2, 0.9, 1.1]
-    center = body.center + [[0, 0, 0], [0, 0.01, 0], [0.02, 0, 0]]
+    center = body.center + np.array([[0, 0, 0], [0, 0.01, 0], [0.02, 0, 0]])
     stretched = body.stretched(center, size)
     extent = np.ptp(stretched.tips, axis=-1)
     np.testing.assert_allclose(extent, size)
@@ -334,7 +335,7 @@ def test_it_may_be_stopped_at_any_time_and_is_never_worse(bodies):
         assert result.residual <= result.start_residual
         assert result.steps <= sum(steps)
         residuals.append(result.residual)
-    assert all(b <= a + 1e-4 for a, b in zip(residuals[:-1], residuals[1:], strict=True))
+    assert all(after <= before + 1e-4 for before, after in pairwise(residuals))
     assert residuals[-1] < 0.1 * residuals[0]
     at_once, pose = refined(bodies, start, masks, seconds=0.0)
     assert at_once.steps == 0

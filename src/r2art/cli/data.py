@@ -80,7 +80,7 @@ def _print_labels(source: "Source", indices: Sequence[int]) -> list[str]:
     from dataclasses import replace
 
     from r2art.core.errors import R2ArtError
-    from r2art.learn.scores import truth
+    from r2art.learn.evaluation.scores import truth
 
     broken = []
     for index in indices:

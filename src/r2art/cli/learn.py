@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from r2art.core.category import Category
     from r2art.core.prediction import Prediction
     from r2art.data.sample import Sample
-    from r2art.learn.evaluate import Predict
+    from r2art.learn.evaluation.evaluate import Predict
     from r2art.run.predictor import Predictor
 
 
@@ -191,8 +191,8 @@ def evaluate(
         results: Markdown file in which to (re)write the sections on these datasets.
         json: Print JSON instead of tables.
     """
-    from r2art.learn.report import Evaluation, run_eval
-    from r2art.learn.testsets import open_testsets
+    from r2art.learn.evaluation.report import Evaluation, run_eval
+    from r2art.learn.evaluation.testsets import open_testsets
     from r2art.run.predictor import SHIPPED_MODEL, load
     from r2art.run.report import say
 

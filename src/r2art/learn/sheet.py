@@ -17,7 +17,7 @@ from r2art.core.pen import font
 from r2art.core.prediction import JointEstimate
 from r2art.data.sample import Sample
 from r2art.data.source import Source
-from r2art.learn.scores import truth
+from r2art.learn.evaluation.scores import truth
 
 TILE = 480  # px
 MARGIN = 8

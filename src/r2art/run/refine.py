@@ -30,7 +30,7 @@ FloatArray = NDArray[np.floating]
 
 POINTS = {28: 128, 56: 512, 112: 2048}
 """Resolutions, coarse to fine, and how many points of the object serve each of them."""
-STEPS = (6, 12, 0, 4, 0)
+STEPS = (6, 12, 4, 4, 0)
 """Most steps: for the box, for the outline, and at each resolution."""
 DIRECTIONS = 32
 """Of the outline."""
@@ -116,7 +116,7 @@ def refine(
     *,
     known: FloatArray | None = None,
     uncertainty: Uncertainty | None = None,
-    starts: int = 1,
+    starts: int = 4,
     steps: Sequence[int] = STEPS,
     seconds: float = np.inf,
 ) -> Refined:

@@ -102,5 +102,5 @@ def _step(
     return step * np.minimum(1, LONGEST_STEP / np.maximum(size, 1e-12))
 
 
-def _where(which: FloatArray, a: FloatArray, b: FloatArray) -> FloatArray:
+def _where(which: NDArray[np.bool_], a: FloatArray, b: FloatArray) -> FloatArray:
     return np.where(which.reshape(-1, *[1] * (a.ndim - 1)), a, b)

@@ -186,7 +186,9 @@ def silhouettes(spots: Spots, size: int, *, by_part: bool) -> tuple[FloatArray, 
     shapes = shapes.reshape(S, P, M, 3, TAPS * TAPS)
 
     def gathered(weights: FloatArray) -> FloatArray:
-        canvas = np.bincount(index, weights.ravel(), minlength=S * images * stride**2)
+        canvas = np.bincount(index, weights.ravel(), S * images * stride**2).astype(
+            float, copy=False
+        )
         return canvas.reshape(S, images, stride, stride)[..., 1:-1, 1:-1].reshape(S, images, -1)
 
     layers = gathered(spots.area[..., None] * shapes[:, :, :, 0])

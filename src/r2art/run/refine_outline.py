@@ -71,7 +71,8 @@ def _reach(
     corners, reaches = along(inside)
     farthest = reaches.argmax(axis=-1)
     reach = reaches.max(axis=-1)
-    cut = ((corners <= 0) | (corners >= [width, height])).any(axis=-1)[farthest]
+    at_border = np.any((corners <= 0) | (corners >= [width, height]), axis=-1)
+    cut = np.asarray(at_border)[farthest]
     hidden = known < 0.5
     if (_grown(inside) & hidden).any():
         cut |= along(hidden)[1].max(axis=-1) > reach
@@ -80,7 +81,7 @@ def _reach(
 
 def _row_ends(pixels: NDArray[np.bool_]) -> FloatArray:
     """(N, 2) corners of the first and last pixel of every row that has any."""
-    rows = pixels.any(axis=1).nonzero()[0]
+    rows = np.flatnonzero(pixels.any(axis=1))
     left = pixels[rows].argmax(axis=1)
     right = pixels.shape[1] - pixels[rows, ::-1].argmax(axis=1)
     x, y = np.concatenate([left, right] * 2), np.concatenate([rows, rows, rows + 1, rows + 1])
@@ -113,8 +114,10 @@ def reach_errors(
     farthest = along.argmax(axis=-1)
     error = np.take_along_axis(along, farthest[..., None], -1)[..., 0] - wanted.reach
     by_points, _ = derivatives(body, pose, at, scale=scale)
-    I, K = wanted.reach.shape
-    part = farthest // M if I == 1 else np.broadcast_to(np.arange(P)[:, None], (S, I, K))
+    images, count = wanted.reach.shape
+    part = (
+        farthest // M if images == 1 else np.broadcast_to(np.arange(P)[:, None], (S, images, count))
+    )
     start, point = np.arange(S)[:, None, None], farthest % M
     x = at.points[start, part, :, point]
     moves = by_points[start, part, :, :, point]
@@ -123,4 +126,4 @@ def reach_errors(
     slopes = (by_xy * wanted.directions[:, None]).sum(axis=-1) / distance[..., None]
     counts = (wanted.told > 0) | (error < 0) & np.isfinite(error)
     error, slopes = np.where(counts, error, 0.0), slopes * counts[..., None]
-    return error.reshape(S, -1), slopes.reshape(S, I * K, -1).transpose(0, 2, 1)
+    return error.reshape(S, -1), slopes.reshape(S, images * count, -1).transpose(0, 2, 1)

@@ -164,9 +164,10 @@ def derivatives(body: Body, pose: Pose, at: Posed, *, scale: bool) -> tuple[Floa
     by_patches = np.zeros_like(by_points)
     arm = at.points - pose.anchor[:, None, :, None]
     for axis in range(3):
-        turn = np.eye(3)[axis]
-        by_points[:, :, axis] = _cross(turn, arm)
-        by_patches[:, :, axis] = _cross(turn, at.patches)
+        after, last = (axis + 1) % 3, (axis + 2) % 3
+        for by, vector in ((by_points, arm), (by_patches, at.patches)):
+            by[:, :, axis, after] = -vector[:, :, last]
+            by[:, :, axis, last] = vector[:, :, after]
     by_points[:, :, 3, 0] = by_points[:, :, 4, 1] = pose.anchor[:, None, 2, None]
     by_points[:, :, 5] = pose.anchor[:, None, :, None]
     for j in range(J):
@@ -176,10 +177,10 @@ def derivatives(body: Body, pose: Pose, at: Posed, *, scale: bool) -> tuple[Floa
             if body.prismatic[j]:
                 by_points[:, p, IMAGE_FREEDOM + j] = axis
             else:
-                by_points[:, p, IMAGE_FREEDOM + j] = _cross_with(
+                by_points[:, p, IMAGE_FREEDOM + j] = _cross(
                     axis, at.points[:, p] - at.pivot[:, j, :, None]
                 )
-                by_patches[:, p, IMAGE_FREEDOM + j] = _cross_with(axis, at.patches[:, p])
+                by_patches[:, p, IMAGE_FREEDOM + j] = _cross(axis, at.patches[:, p])
     if scale:
         _add_scale_derivatives(body, pose, at, by_points, by_patches)
     return by_points, by_patches
@@ -213,11 +214,7 @@ def _add_scale_derivatives(
 
 
 def _cross(a: FloatArray, b: FloatArray) -> FloatArray:
-    """``a × b`` of a vector (3,) and arrays (..., 3, M)."""
-    x, y, z = b[..., 0, :], b[..., 1, :], b[..., 2, :]
-    return np.stack([a[1] * z - a[2] * y, a[2] * x - a[0] * z, a[0] * y - a[1] * x], axis=-2)
-
-
-def _cross_with(a: FloatArray, b: FloatArray) -> FloatArray:
     """``a × b`` of (S, 3, 1) and (S, 3, M)."""
-    return np.cross(a, b, axis=1)
+    x, y, z = b[:, 0], b[:, 1], b[:, 2]
+    p, q, r = a[:, 0], a[:, 1], a[:, 2]
+    return np.stack([q * z - r * y, r * x - p * z, p * y - q * x], axis=1)

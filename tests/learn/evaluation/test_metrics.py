@@ -5,7 +5,7 @@ import pytest
 from scipy.optimize import minimize_scalar
 from scipy.spatial.transform import Rotation
 
-from r2art.learn import metrics
+from r2art.learn.evaluation import metrics
 
 
 def random_poses(rng, *batch):

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from r2art.core.category import Category
 from r2art.core.prediction import JointEstimate, PartEstimate, Prediction
 from r2art.data.sample import Sample
-from r2art.learn import metrics, overlap
+from r2art.learn.evaluation import metrics, overlap
 
 FloatArray = NDArray[np.floating]
 

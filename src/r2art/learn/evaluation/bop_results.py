@@ -9,8 +9,8 @@ import re
 from collections.abc import Iterator
 
 from r2art.data.bop import MM, PER_SCENE
-from r2art.learn.evaluate import Mode, Report
-from r2art.learn.tables import csv_text
+from r2art.learn.evaluation.evaluate import Mode, Report
+from r2art.learn.evaluation.tables import csv_text
 
 
 def bop_name(report: Report, method: str) -> str:

@@ -9,11 +9,11 @@ import numpy as np
 import pytest
 from hand_made import make_arm, make_laptop, sample_of, write_dataset
 
-from r2art.learn.evaluate import evaluate
-from r2art.learn.paper import IN_PAPER, MEASURED, paper_csv, paper_tables, printed
-from r2art.learn.scores import truth
-from r2art.learn.tabulate import Result
-from r2art.learn.testsets import open_testsets
+from r2art.learn.evaluation.evaluate import evaluate
+from r2art.learn.evaluation.paper import IN_PAPER, MEASURED, paper_csv, paper_tables, printed
+from r2art.learn.evaluation.scores import truth
+from r2art.learn.evaluation.tabulate import Result
+from r2art.learn.evaluation.testsets import open_testsets
 
 ROWS = [
     (table["number"], entry, row)

@@ -12,7 +12,7 @@ from r2art.cli import main
 from r2art.core.errors import InputError
 from r2art.data import shards
 from r2art.data.benchmark import manifest
-from r2art.learn.testsets import open_testsets
+from r2art.learn.evaluation.testsets import open_testsets
 
 
 @pytest.fixture(scope="module")

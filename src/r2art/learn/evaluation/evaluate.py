@@ -10,8 +10,8 @@ from r2art.core.errors import InputError, UsageError
 from r2art.core.prediction import Prediction
 from r2art.data.sample import Sample
 from r2art.data.source import Fault
-from r2art.learn.scores import Scores, score, stack
-from r2art.learn.testsets import TestSet
+from r2art.learn.evaluation.scores import Scores, score, stack
+from r2art.learn.evaluation.testsets import TestSet
 
 WORST = 20
 

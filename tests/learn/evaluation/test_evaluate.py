@@ -15,14 +15,14 @@ from PIL import Image
 from r2art.core.errors import InputError, UsageError
 from r2art.data.bop import MM
 from r2art.data.source import Fault
-from r2art.learn import scores as scores_module
-from r2art.learn.calibration import reject
-from r2art.learn.causes import causes, groups
-from r2art.learn.evaluate import evaluate
-from r2art.learn.report import Evaluation, run_eval
-from r2art.learn.scores import Scores, truth
-from r2art.learn.summary import summarise
-from r2art.learn.testsets import TestSet, open_testsets
+from r2art.learn.evaluation import scores as scores_module
+from r2art.learn.evaluation.calibration import reject
+from r2art.learn.evaluation.causes import causes, groups
+from r2art.learn.evaluation.evaluate import evaluate
+from r2art.learn.evaluation.report import Evaluation, run_eval
+from r2art.learn.evaluation.scores import Scores, truth
+from r2art.learn.evaluation.summary import summarise
+from r2art.learn.evaluation.testsets import TestSet, open_testsets
 
 N = 24
 

@@ -1,6 +1,6 @@
 """The errors of many images in a few numbers: medians with their intervals, areas, shares.
 
-Everything in metres, radians and shares of 1; `r2art.learn.report` writes them for people.
+Everything in metres, radians and shares of 1; `report` writes them for people.
 """
 
 from dataclasses import dataclass
@@ -9,10 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from r2art.core.category import Category, JointKind
-from r2art.learn import statistics
-from r2art.learn.calibration import Calibration, calibrate
-from r2art.learn.scores import Scores
-from r2art.learn.statistics import Interval
+from r2art.learn.evaluation import statistics
+from r2art.learn.evaluation.calibration import Calibration, calibrate
+from r2art.learn.evaluation.scores import Scores
+from r2art.learn.evaluation.statistics import Interval
 
 FloatArray = NDArray[np.floating]
 

@@ -11,9 +11,9 @@ from scipy.optimize import minimize_scalar
 from scipy.spatial import ConvexHull, HalfspaceIntersection
 from scipy.spatial.distance import cdist
 
-from r2art.learn.calibration import calibrate
-from r2art.learn.scores import Scores, score, stack, truth
-from r2art.learn.summary import summarise
+from r2art.learn.evaluation.calibration import calibrate
+from r2art.learn.evaluation.scores import Scores, score, stack, truth
+from r2art.learn.evaluation.summary import summarise
 
 CLOSE = {"abs": 1e-6, "rel": 1e-6}
 SEEDS = range(8)

@@ -12,12 +12,12 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from r2art.core.palette import part_color
-from r2art.learn.calibration import BINS, least_confident_first, photo_errors
-from r2art.learn.causes import causes, grouped
-from r2art.learn.evaluate import Report
-from r2art.learn.scores import Scores
-from r2art.learn.summary import Summary
-from r2art.learn.tabulate import PERCENT, number
+from r2art.learn.evaluation.calibration import BINS, least_confident_first, photo_errors
+from r2art.learn.evaluation.causes import causes, grouped
+from r2art.learn.evaluation.evaluate import Report
+from r2art.learn.evaluation.scores import Scores
+from r2art.learn.evaluation.summary import Summary
+from r2art.learn.evaluation.tabulate import PERCENT, number
 
 FloatArray = NDArray[np.floating]
 BLUE, ORANGE, GREY = "#0072B2", "#D55E00", "#888888"

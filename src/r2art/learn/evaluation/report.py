@@ -10,16 +10,16 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, T
 
 from r2art.core.errors import InputError, UsageError
 from r2art.data.shards import write_atomically
-from r2art.learn import figures
-from r2art.learn.bop_results import bop_csv, bop_name
-from r2art.learn.evaluate import Predict, Report, count, evaluate
-from r2art.learn.paper import paper_csv, paper_tables
-from r2art.learn.records import describe, images_csv, summary_csv, to_json
+from r2art.learn.evaluation import figures
+from r2art.learn.evaluation.bop_results import bop_csv, bop_name
+from r2art.learn.evaluation.evaluate import Predict, Report, count, evaluate
+from r2art.learn.evaluation.paper import paper_csv, paper_tables
+from r2art.learn.evaluation.records import describe, images_csv, summary_csv, to_json
+from r2art.learn.evaluation.tables import Table
+from r2art.learn.evaluation.tabulate import Result, by_cause, comparison, tables
+from r2art.learn.evaluation.testsets import TestSet
+from r2art.learn.evaluation.worst import worst
 from r2art.learn.results import write_section
-from r2art.learn.tables import Table
-from r2art.learn.tabulate import Result, by_cause, comparison, tables
-from r2art.learn.testsets import TestSet
-from r2art.learn.worst import worst
 
 
 @dataclass(frozen=True, kw_only=True)

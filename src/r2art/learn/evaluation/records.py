@@ -10,13 +10,13 @@ from typing import Any
 
 import numpy as np
 
-from r2art.learn.causes import causes, groups
-from r2art.learn.evaluate import Report
-from r2art.learn.scores import PER_JOINT, Scores
-from r2art.learn.statistics import Interval
-from r2art.learn.summary import Spread, Summary
-from r2art.learn.tables import csv_text
-from r2art.learn.tabulate import Result
+from r2art.learn.evaluation.causes import causes, groups
+from r2art.learn.evaluation.evaluate import Report
+from r2art.learn.evaluation.scores import PER_JOINT, Scores
+from r2art.learn.evaluation.statistics import Interval
+from r2art.learn.evaluation.summary import Spread, Summary
+from r2art.learn.evaluation.tables import csv_text
+from r2art.learn.evaluation.tabulate import Result
 
 FORMAT = "r2art/report/2"
 

@@ -5,9 +5,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from r2art.learn import statistics
-from r2art.learn.scores import Scores
-from r2art.learn.statistics import Interval
+from r2art.learn.evaluation import statistics
+from r2art.learn.evaluation.scores import Scores
+from r2art.learn.evaluation.statistics import Interval
 
 FloatArray = NDArray[np.floating]
 

@@ -8,12 +8,12 @@ import pytest
 from hand_made import disturbed, make_category, sample_of, write_dataset
 from PIL import Image
 
-from r2art.learn import figures
-from r2art.learn.evaluate import evaluate
-from r2art.learn.scores import truth
-from r2art.learn.tabulate import Result, by_cause, tables
-from r2art.learn.testsets import open_testsets
-from r2art.learn.worst import worst
+from r2art.learn.evaluation import figures
+from r2art.learn.evaluation.evaluate import evaluate
+from r2art.learn.evaluation.scores import truth
+from r2art.learn.evaluation.tabulate import Result, by_cause, tables
+from r2art.learn.evaluation.testsets import open_testsets
+from r2art.learn.evaluation.worst import worst
 
 
 def one_part():

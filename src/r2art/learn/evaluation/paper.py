@@ -15,9 +15,9 @@ from typing import Any
 
 import numpy as np
 
-from r2art.learn.summary import PoseSummary, Summary
-from r2art.learn.tables import Table, csv_text
-from r2art.learn.tabulate import MM, PERCENT, Result
+from r2art.learn.evaluation.summary import PoseSummary, Summary
+from r2art.learn.evaluation.tables import Table, csv_text
+from r2art.learn.evaluation.tabulate import MM, PERCENT, Result
 
 PRINTED = Path(__file__).with_name("paper_tables.json")
 MEASURED, IN_PAPER = "measured", "paper"

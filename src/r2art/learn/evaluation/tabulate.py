@@ -4,11 +4,11 @@ import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
-from r2art.learn.causes import Group, causes, groups
-from r2art.learn.evaluate import Report
-from r2art.learn.statistics import Interval
-from r2art.learn.summary import JointSummary, PartSummary, Summary, summarise
-from r2art.learn.tables import Table
+from r2art.learn.evaluation.causes import Group, causes, groups
+from r2art.learn.evaluation.evaluate import Report
+from r2art.learn.evaluation.statistics import Interval
+from r2art.learn.evaluation.summary import JointSummary, PartSummary, Summary, summarise
+from r2art.learn.evaluation.tables import Table
 
 MM, CM, PERCENT, DEGREES, MS = 1e3, 1e2, 1e2, 180 / math.pi, 1e3
 

@@ -1,7 +1,7 @@
 """How wrong a pose is: the measures of the 6D pose literature, for parts and joints.
 
 Everything is in metres and radians; reports convert. Letters: B batch, P parts, M points.
-Overlap of boxes is in `r2art.learn.overlap`; what many images come to, in `r2art.learn.statistics`.
+Overlap of boxes is in `overlap`, what many images come to in `statistics`, beside this file.
 """
 
 import numpy as np

@@ -7,9 +7,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from r2art.core.category import Category
-from r2art.learn import statistics
-from r2art.learn.scores import Scores
-from r2art.learn.summary import AUC_LIMIT
+from r2art.learn.evaluation import statistics
+from r2art.learn.evaluation.scores import Scores
+from r2art.learn.evaluation.summary import AUC_LIMIT
 
 FloatArray = NDArray[np.floating]
 

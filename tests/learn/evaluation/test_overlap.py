@@ -6,7 +6,7 @@ from scipy.optimize import linprog
 from scipy.spatial import ConvexHull, HalfspaceIntersection
 from scipy.spatial.transform import Rotation
 
-from r2art.learn.overlap import box_iou, image_box_iou
+from r2art.learn.evaluation.overlap import box_iou, image_box_iou
 
 SIZE = np.array([0.34, 0.02, 0.23])
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from r2art.learn import statistics
+from r2art.learn.evaluation import statistics
 
 
 @pytest.fixture

@@ -8,8 +8,8 @@ from PIL import Image, ImageDraw
 from r2art.core.draw import annotated
 from r2art.core.image import read_image
 from r2art.core.pen import font
-from r2art.learn.evaluate import Case, Report
-from r2art.learn.scores import truth
+from r2art.learn.evaluation.evaluate import Case, Report
+from r2art.learn.evaluation.scores import truth
 
 TILE = 384  # px
 COLUMNS = 4
