@@ -4,8 +4,6 @@ The whole tail (Gram-Schmidt, projection depth, kinematics, boxes) is inside the
 run tier repeats no mathematics. Large weights are stored as float16 and widened on loading.
 """
 
-import base64
-import io
 import json
 import warnings
 from dataclasses import replace
@@ -19,6 +17,7 @@ from jaxtyping import Float, UInt8
 from onnx import TensorProto, helper, numpy_helper
 from torch import Tensor, nn
 
+from r2art.core import prior_text
 from r2art.core.category import Category
 from r2art.data.shards import write_atomically
 from r2art.learn import checkpoint
@@ -111,7 +110,7 @@ def metadata(
         {
             "name": c.name,
             "size_spread": c.size_spread,
-            "prior": embedded(c),
+            "prior": prior_text.to_text(c),
             "parts": list(c.part_names),
             "joints": [
                 {"name": j.name, "kind": j.kind, "parent": j.parent, "limits": list(j.limits)}
@@ -128,14 +127,6 @@ def metadata(
         "version": "1",
         "trained": facts,
     }
-
-
-def embedded(category: Category) -> str:
-    """A category's prior as text for the metadata: its file (.npz, surface as float16), base64."""
-    surface = {k: getattr(category, k).astype(np.float16) for k in ("points", "normals")}
-    file = io.BytesIO()
-    replace(category, **surface).save(file)
-    return base64.b64encode(file.getvalue()).decode("ascii")
 
 
 def store_half(model: onnx.ModelProto, least: int = 4096) -> onnx.ModelProto:

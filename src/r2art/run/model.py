@@ -1,7 +1,5 @@
 """The exported model file: one ONNX graph, and what its metadata says it knows."""
 
-import base64
-import io
 import json
 import os
 from dataclasses import dataclass, field
@@ -12,6 +10,7 @@ import numpy as np
 import onnxruntime as ort
 from numpy.typing import NDArray
 
+from r2art.core import prior_text
 from r2art.core.category import Category, JointKind
 from r2art.core.errors import ModelError
 from r2art.core.image import Box, View
@@ -66,7 +65,7 @@ class ModelCategory:
                 "r2art"
             )
         try:
-            return Category.load(io.BytesIO(base64.b64decode(self.embedded)))
+            return prior_text.from_text(self.embedded)
         except Exception as error:  # zip, npy and JSON decoders raise whatever they trip over
             raise ModelError(f"the model's {self.name} is damaged ({error})") from None
 
