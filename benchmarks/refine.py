@@ -27,9 +27,9 @@ from r2art.data.prior import category_prior
 from r2art.data.rendering.render import render_silhouettes
 from r2art.data.shape import Instance
 from r2art.learn.results import write_section
-from r2art.run.refine import Uncertainty, refine, resolutions
-from r2art.run.refine_body import Body, body_of
-from r2art.run.refine_pose import Pose, moved, pose_of, posed, rotation_of
+from r2art.run.refinement.body import Body, body_of
+from r2art.run.refinement.pose import Pose, moved, pose_of, posed, rotation_of
+from r2art.run.refinement.refine import Uncertainty, refine, resolutions
 
 FloatArray = NDArray[np.floating]
 

@@ -84,6 +84,26 @@ def test_options_reach_the_prediction(folder, capsys):
     assert json.loads(capsys.readouterr().out)["camera"]["fx"] == pytest.approx(32)
 
 
+def test_masks_belong_to_photos_by_name(folder, capsys):
+    for name in ("photo.mask.png", "masks/photo.png"):
+        (folder / name).parent.mkdir(exist_ok=True)
+        mask = np.zeros((48, 64), np.uint8)
+        mask[10:40, 8:50] = 255
+        Image.fromarray(mask).save(name)
+    boxes = []
+    for mask in ("photo.mask.png", "masks"):
+        assert run("predict", "photo.png", "--mask", mask, "--json") == 0
+        boxes.append(json.loads(capsys.readouterr().out)["box"])
+    assert boxes == [[8, 10, 50, 40]] * 2
+    (folder / "masks" / "photo.png").rename(folder / "masks" / "other.png")
+    assert run("predict", "photo.png", "--mask", "masks", "--json") == 3
+    out, err = capsys.readouterr()
+    assert out == ""
+    assert "no mask named photo" in err
+    assert run("predict", "photo.png", "--refine", "0", "--json") == 0
+    assert json.loads(capsys.readouterr().out)["refinement"] is None
+
+
 def save_bad(folder):
     """One file of each kind that cannot be used, and of each odd kind that can."""
     rgb = Image.fromarray(np.random.default_rng(1).integers(0, 255, (40, 60, 3), np.uint8))

@@ -41,7 +41,7 @@ def differences(network: R2ArtNet, session, feed) -> dict[str, float]:
     with torch.no_grad():
         expected = Graph(network)(*(torch.from_numpy(feed[k]) for k in ("image", "K", "box")))
     names = [o.name for o in session.get_outputs()]
-    assert names == output_names(network.names)
+    assert names == output_names(network)
     actual = session.run(None, feed)
     found = {}
     for name, a, e in zip(names, actual, expected, strict=True):
@@ -183,7 +183,7 @@ def test_the_predictor_says_what_the_network_says_of_the_crop(run, model_file, p
             with torch.no_grad():
                 expected = dict(
                     zip(
-                        output_names(network.names),
+                        output_names(network),
                         Graph(network)(
                             torch.from_numpy(crop.pixels[None]),
                             torch.tensor(crop.camera.K[None], dtype=torch.float32),

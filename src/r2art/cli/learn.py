@@ -171,6 +171,9 @@ def evaluate(
     model: Path | None = None,
     out: Path | None = None,
     limit: int | None = None,
+    refine: Annotated[
+        int | None, arg(metavar="STEPS", help_behavior_hint="(default: as predict)")
+    ] = None,
     results: Path | None = None,
     json: Annotated[bool, arg(help_behavior_hint="")] = False,
 ) -> int:
@@ -188,17 +191,20 @@ def evaluate(
         model: A model of `r2art export`; default: the one inside r2art.
         out: Folder for the report: tables, figures, the worst photos.
         limit: Take only the first so many photos of each dataset.
+        refine: Most steps to fit estimates to where the network sees the parts; 0 for none.
         results: Markdown file in which to (re)write the sections on these datasets.
         json: Print JSON instead of tables.
     """
     from r2art.learn.evaluation.report import Evaluation, run_eval
     from r2art.learn.evaluation.testsets import open_testsets
     from r2art.run.predictor import SHIPPED_MODEL, load
+    from r2art.run.refinement.mask_fit import STEPS, check_steps
     from r2art.run.report import say
 
     if not data:
         raise UsageError("no data given; add --data DIR for each dataset")
-    predictor = load(model)
+    predictor, steps = load(model), STEPS if refine is None else refine
+    check_steps(steps)
     tests = [test for path in data for test in open_testsets(path, category, split)]
     reasons = [_misfit(predictor, test.source.category) for test in tests]
     if all(reasons):
@@ -209,9 +215,8 @@ def evaluate(
 
     def ask(name: str) -> "Predict":
         def predict(sample: "Sample", given_box: bool) -> "Prediction":
-            if given_box:
-                return predictor.predict(sample.image, sample.camera, name, sample.box.tolist())
-            return predictor.predict(sample.image, sample.camera)
+            known = (name, sample.box.tolist()) if given_box else (None, None)
+            return predictor.predict(sample.image, sample.camera, *known, refine=steps)
 
         return predict
 
@@ -222,6 +227,7 @@ def evaluate(
             model=model or Path(str(SHIPPED_MODEL)),
             out=out,
             limit=limit,
+            refine=refine,
             results=results,
             as_json=json,
         )

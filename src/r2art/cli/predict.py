@@ -44,6 +44,8 @@ def predict(
     fov: Annotated[float | None, _option("DEG", "EXIF, else a guess")] = None,
     size: Annotated[float | None, _option("METRES", "as usual objects")] = None,
     depth: Annotated[float | None, _option("METRES", "as usual objects")] = None,
+    refine: Annotated[int | None, _option("STEPS", "12")] = None,
+    mask: Annotated[Path | None, _option("PATH", "the network's own")] = None,
     model: Annotated[Path | None, _option("PATH", "the one inside r2art")] = None,
     out: Annotated[Path | None, _option("DIR", f"{DEFAULT_OUT}, with --json none")] = None,
     json: Annotated[bool, arg(help_behavior_hint="")] = False,
@@ -62,6 +64,9 @@ def predict(
         fov: Field of view across the photo's longer side, instead of --camera.
         size: Longest side of the root part (a laptop's width), which fixes all lengths.
         depth: Distance of the root part's centre along the viewing axis, instead of --size.
+        refine: Most steps to fit the estimate to a mask of the object; 0 for none.
+        mask: White where the object is seen: an image of the photo's size, from any segmentation
+            tool, or a folder of such masks named like the photos.
         model: A model that `r2art export` made.
         out: Folder for the results; it is made if need be.
         json: Print one line of JSON per image instead of a table.
@@ -73,8 +78,11 @@ def predict(
     from r2art.core.image import read_image
     from r2art.run.files import make_folder, result_names
     from r2art.run.predictor import check_lengths, load
+    from r2art.run.refinement.mask_fit import STEPS, check_steps
 
     check_lengths(size, depth)
+    steps = STEPS if refine is None else refine
+    check_steps(steps)
     predictor = load(model)
     if category is not None:
         predictor.category(category)
@@ -89,7 +97,14 @@ def predict(
                 photo = read_image(path)
                 seen_by = _camera_of(photo, camera, fov)
                 prediction = predictor.predict(
-                    photo, seen_by, category, box, size=size, depth=depth
+                    photo,
+                    seen_by,
+                    category,
+                    box,
+                    size=size,
+                    depth=depth,
+                    refine=steps,
+                    mask=_mask_of(path, mask),
                 )
             except R2ArtError as error:
                 say("error", str(error))
@@ -126,6 +141,16 @@ def _camera_of(photo: "Photo", camera: Numbers | None, fov: float | None) -> Cam
     if fov is not None:
         return Camera.from_fov(np.radians(fov), photo.width, photo.height)
     return None
+
+
+def _mask_of(photo: Path, mask: Path | None) -> Path | None:
+    """The mask that belongs to a photo: the file given, or the folder's file of its name."""
+    if mask is None or not mask.is_dir():
+        return mask
+    found = sorted(p for p in mask.iterdir() if p.stem == photo.stem)
+    if not found:
+        raise InputError(f"{mask} holds no mask named {photo.stem}; give one mask for every photo")
+    return found[0]
 
 
 def _expand(patterns: Sequence[str]) -> tuple[list[Path], int]:

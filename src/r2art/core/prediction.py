@@ -6,7 +6,7 @@ field and `prediction.schema.json` beside this file is its JSON Schema.
 
 import json
 import re
-from dataclasses import dataclass, field, replace
+from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -100,6 +100,24 @@ class Scale:
     spread: float | None = None
 
 
+@dataclass(frozen=True, kw_only=True)
+class Refinement:
+    """How far refinement against a mask has come.
+
+    Attributes:
+        steps: How many it took.
+        start_residual: Distance between the outlines of estimate and mask, root mean square, as
+            a share of the object's size in the photo, ...
+        residual: ... and what has become of it.
+        converged: Whether it had come to rest.
+    """
+
+    steps: int
+    start_residual: float
+    residual: float
+    converged: bool
+
+
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Prediction:
     """The poses of all parts and the states of all joints of one object in one photo.
@@ -116,6 +134,7 @@ class Prediction:
         joints: P - 1 joints; joint j moves part j + 1.
         warnings: What the user should know before trusting this.
         scale: Where all lengths come from; see :meth:`scaled`.
+        refinement: How it was refined against a mask; None: it was not.
         photo: The photo itself where no file holds it; :meth:`draw` uses it, JSON omits it.
     """
 
@@ -129,6 +148,7 @@ class Prediction:
     joints: tuple[JointEstimate, ...]
     warnings: tuple[str, ...] = ()
     scale: Scale = Scale()
+    refinement: Refinement | None = None
     photo: Photo | None = field(default=None, repr=False)
 
     def __post_init__(self) -> None:
@@ -205,6 +225,7 @@ class Prediction:
                 for j in self.joints
             ],
             "scale": {"source": self.scale.source, "spread": self.scale.spread},
+            "refinement": None if self.refinement is None else asdict(self.refinement),
             "warnings": list(self.warnings),
         }
 
@@ -270,6 +291,7 @@ class Prediction:
             ),
             warnings=tuple(data["warnings"]),
             scale=Scale(**data.get("scale", {})),
+            refinement=Refinement(**fit) if (fit := data.get("refinement")) else None,
         )
 
     def draw(self, image: ImageLike | None = None) -> "Image.Image":

@@ -28,6 +28,8 @@ from r2art.method.outputs import Network
 FORMAT = "r2art/model/1"
 OPSET = 18
 FIELDS = ("cam_T_part", "box_center", "box_size", "confidence", "joint_state", "axis", "pivot")
+MASKS = "part_masks"
+"""One more, of networks that segment the parts."""
 
 
 class Graph(nn.Module):
@@ -45,11 +47,14 @@ class Graph(nn.Module):
     ) -> tuple[Tensor, ...]:
         """All outputs, in the order of `output_names`."""
         x = image.permute(0, 3, 1, 2).float() / 127.5 - 1
-        _, seen = self.network.features(x)
+        dense, seen = self.network.features(x)
         found_box, category_logits = self.network.find(seen)
         outputs = [found_box, category_logits.softmax(dim=-1)]
         for name in self.network.names:
             outputs += self._estimate(name, seen, K, box)
+        for name in self.network.names:
+            if (masks := self.network.part_masks(name, dense)) is not None:
+                outputs.append(masks)
         return tuple(outputs)
 
     def _estimate(self, name: str, seen: Any, K: Tensor, box: Tensor) -> list[Tensor]:
@@ -67,9 +72,15 @@ class Graph(nn.Module):
         ]
 
 
-def output_names(names: tuple[str, ...]) -> list[str]:
+def output_names(network: Network) -> list[str]:
     """Names of the graph's outputs."""
-    return ["found_box", "category_scores", *(f"{n}.{field}" for n in names for field in FIELDS)]
+    names = network.names
+    segments = type(network).part_masks is not Network.part_masks
+    return [
+        *("found_box", "category_scores"),
+        *(f"{name}.{field}" for name in names for field in FIELDS),
+        *(f"{name}.{MASKS}" for name in names if segments),
+    ]
 
 
 def to_onnx(
@@ -88,7 +99,7 @@ def to_onnx(
             Graph(network).eval(),
             example,
             input_names=["image", "K", "box"],
-            output_names=output_names(network.names),
+            output_names=output_names(network),
             opset_version=OPSET,
             dynamo=True,
             optimize=True,

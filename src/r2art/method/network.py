@@ -162,6 +162,10 @@ class R2ArtNet(Network):
         """Image in [-1, 1] to neck features at strides 8 and 16."""
         return self.neck(self.trunk(image))
 
+    def part_masks(self, name: str, dense: Tensor) -> Float[Tensor, "B P h w"]:
+        """Stride-8 features of crops to the probability that each place shows a part."""
+        return self.head(name).mask(dense).float().softmax(dim=1)[:, BACKGROUND:]
+
     def estimate_raw(
         self,
         name: str,

@@ -153,6 +153,11 @@ class Network(nn.Module):
     ) -> RawEstimate:
         """What is seen in crops, with box and intrinsics, to the numbers of category ``name``."""
 
+    def part_masks(self, name: str, dense: Tensor) -> Float[Tensor, "B P h w"] | None:
+        """Dense features of crops to the probability that each place shows a part, or nothing."""
+        del name, dense
+        return None
+
     @abstractmethod
     def summarised(self, seen: Any) -> Float[Tensor, "B D"]:
         """What is seen in whole photos as one vector each."""

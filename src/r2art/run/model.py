@@ -21,6 +21,7 @@ MAX_THREADS = 4  # a small network gains nothing from more
 PHOTO_OUTPUTS = ("found_box", "category_scores")
 PART_OUTPUTS = ("cam_T_part", "box_center", "box_size", "confidence")
 JOINT_OUTPUTS = ("joint_state", "axis", "pivot")
+MASKS = "part_masks"
 
 
 @dataclass(frozen=True)
@@ -84,6 +85,7 @@ class Model:
 
     def __init__(self, path: Path) -> None:
         self._session = _open(path)
+        self._outputs = {o.name for o in self._session.get_outputs()}
         try:
             metadata = json.loads(self._session.get_modelmeta().custom_metadata_map["r2art"])
             found = metadata["format"]
@@ -107,7 +109,7 @@ class Model:
 
     def _check_outputs(self, path: Path) -> None:
         promised = {*PHOTO_OUTPUTS, *(name for c in self.categories for name in c.outputs)}
-        if missing := sorted(promised - {o.name for o in self._session.get_outputs()}):
+        if missing := sorted(promised - self._outputs):
             raise ModelError(f"{path} lacks the outputs {', '.join(missing)}; export it again")
 
     def find(self, view: View) -> dict[str, NDArray[np.floating]]:
@@ -115,11 +117,20 @@ class Model:
         whole = (0.0, 0.0, float(self.input_size), float(self.input_size))
         return self._run(view, whole, PHOTO_OUTPUTS)
 
+    def segments(self, category: ModelCategory) -> bool:
+        """Whether it can tell where the parts are seen (models from before refinement cannot)."""
+        return f"{category.name}.{MASKS}" in self._outputs
+
     def pose(
         self, view: View, box: Box, category: ModelCategory
     ) -> dict[str, NDArray[np.floating]]:
-        """The object in a crop: part and joint outputs by their names without the category's."""
-        outputs = self._run(view, box, category.outputs)
+        """The object in a crop: part and joint outputs by their names without the category's.
+
+        ``part_masks`` (P, h, w), where the model `segments`: the probability that each of h × w
+        places in the crop shows a part.
+        """
+        masks = (f"{category.name}.{MASKS}",) if self.segments(category) else ()
+        outputs = self._run(view, box, category.outputs + masks)
         return {name.removeprefix(f"{category.name}."): v for name, v in outputs.items()}
 
     def _run(self, view: View, box: Box, names: tuple[str, ...]) -> dict[str, NDArray[np.floating]]:
@@ -129,7 +140,8 @@ class Model:
             "box": np.asarray([box], np.float32),
         }
         outputs = self._session.run(list(names), inputs)
-        return {name: _decimal(np.asarray(v)[0]) for name, v in zip(names, outputs, strict=True)}
+        found = {n: np.asarray(v)[0] for n, v in zip(names, outputs, strict=True)}
+        return {n: v if n.endswith(MASKS) else _decimal(v) for n, v in found.items()}
 
 
 def _open(path: Path) -> ort.InferenceSession:

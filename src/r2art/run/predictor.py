@@ -18,7 +18,17 @@ from r2art.core.errors import InputError, UsageError
 from r2art.core.image import Box, ImageLike, Photo, View, crop_square, letterbox, read_image
 from r2art.core.prediction import CameraSource, JointEstimate, PartEstimate, Prediction, Scale
 from r2art.run.guess import best_camera, cameras
-from r2art.run.model import Model, ModelCategory
+from r2art.run.model import MASKS, Model, ModelCategory
+from r2art.run.refinement.mask_fit import (
+    STEPS,
+    box_of,
+    check_steps,
+    fitted,
+    given_target,
+    own_target,
+    read_mask,
+)
+from r2art.run.refinement.refine import Body, resolutions
 
 SHIPPED_MODEL = files("r2art") / "weights" / "r2art.onnx"
 
@@ -54,6 +64,7 @@ class Predictor:
 
     def __init__(self, model: Model) -> None:
         self.model = model
+        self._ready: dict[str, tuple[Body, ...]] = {}
 
     @property
     def categories(self) -> tuple[str, ...]:
@@ -81,6 +92,8 @@ class Predictor:
         *,
         size: float | None = None,
         depth: float | None = None,
+        refine: int = STEPS,
+        mask: ImageLike | None = None,
     ) -> Prediction:
         """Estimate the pose of every part and the state of every joint of one object.
 
@@ -94,6 +107,10 @@ class Predictor:
             size: The longest side of the root part's box (m), if known: a laptop's width, a
                 cabinet's height. It fixes all lengths, which else are those of usual objects.
             depth: The distance (m) of the root part's centre along the viewing axis, instead.
+            refine: Most steps to fit the estimate to ``mask``, or else to where the network sees
+                the parts; 0: none.
+            mask: White where the object is seen, of the photo's size; its box serves where
+                ``box`` is left out.
 
         Raises:
             InputError: The image is unreadable, or no finite answer comes of it.
@@ -101,9 +118,13 @@ class Predictor:
         """
         known = None if category is None else self.category(category)
         check_lengths(size, depth)
+        check_steps(refine)
         photo = read_image(image)
+        seen_at = None if mask is None else read_mask(mask, photo)
         camera, source = choose_camera(photo, camera)
         warnings: tuple[str, ...] = ()
+        if box is None and seen_at is not None:
+            box = box_of(seen_at)
         box = None if box is None else check_box(box, photo)
         score = None
         if known is None or box is None:
@@ -139,7 +160,38 @@ class Predictor:
             scale=Scale(spread=known.size_spread),
             photo=photo if photo.path is None else None,
         )
+        if refine > 0:
+            prediction = self._refined(prediction, known, posed, view, photo, seen_at, refine)
         return _rescaled(prediction, size, depth)
+
+    def _refined(
+        self,
+        prediction: Prediction,
+        known: ModelCategory,
+        posed: Outputs,
+        view: View,
+        photo: Photo,
+        mask: Photo | None,
+        steps: int,
+    ) -> Prediction:
+        """The prediction, fitted to a mask where there is one."""
+        if mask is not None:
+            target = given_target(mask, prediction, self.model.crop_margin)
+        elif MASKS in posed:
+            target = own_target(posed[MASKS], view.through(prediction.camera), photo)
+        else:
+            return prediction
+        try:
+            return fitted(prediction, self._bodies(known), target, steps)
+        except InputError:
+            doubt = "not refined: the mask shows nothing of the object"
+            return replace(prediction, warnings=(*prediction.warnings, doubt))
+
+    def _bodies(self, category: ModelCategory) -> tuple[Body, ...]:
+        """The category's mean object, made ready once."""
+        if category.name not in self._ready:
+            self._ready[category.name] = resolutions(category.prior())
+        return self._ready[category.name]
 
     def _recognise(
         self, scores: NDArray[np.floating], wanted: ModelCategory | None

@@ -32,6 +32,7 @@ class Evaluation:
         model: The model file behind it; its checksum goes into the report.
         out: Folder for the report, or None.
         limit: Only the first so many photos of each dataset.
+        refine: Steps of refinement, where they are not the default.
         results: Page whose sections on these datasets are to be written anew, or None.
         as_json: Whether to print JSON instead of tables.
     """
@@ -41,6 +42,7 @@ class Evaluation:
     model: Path
     out: Path | None = None
     limit: int | None = None
+    refine: int | None = None
     results: Path | None = None
     as_json: bool = False
 
@@ -147,13 +149,14 @@ def section(result: Result, job: Evaluation) -> str:
     n, name = len(report.indices), report.category.name
     size, checksum = describe(job.model)
     some = f" --limit {job.limit}" if job.limit is not None else ""
+    refine = "" if job.refine is None else f" --refine {job.refine}"
     page = " --results docs/results.md" if job.results is not None else ""
     broken = f", {len(report.broken)} more could not be read" if report.broken else ""
     title = name if report.name.startswith(name) else f"{name}, {report.name}"
     facts = (
         f"{n} photos of {name}{broken}, {made_by(report)},",
         f"predicted by `{job.model.name}` ({size:.1f} MB, SHA-256 `{checksum[:16]}`) with",
-        f"`r2art eval {report.test.options}{some}{page}`.",
+        f"`r2art eval {report.test.options}{some}{refine}{page}`.",
     )
     shown = (t.markdown() for t in tables(result))
     return "\n\n".join([f"## Accuracy: {title}", "\n".join(facts), *shown, READING])

@@ -4,7 +4,7 @@ The *reach* of a silhouette in a direction is the greatest coordinate of its pix
 directions make its box, more of them its convex outline. The body's reach moves with the point
 that reaches farthest, so a Gauss-Newton step costs no rendering, and it leads home from where no
 pixel overlaps. Reaches are in normalised image coordinates, x/z and y/z. Letters as in
-`refine_body`; I outlines (of every part, or of the whole), K directions.
+`body`; I outlines (of every part, or of the whole), K directions.
 """
 
 from dataclasses import dataclass
@@ -12,9 +12,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from r2art.run.refine_body import Body
-from r2art.run.refine_image import NEAR
-from r2art.run.refine_pose import Pose, derivatives, posed
+from r2art.run.refinement.body import Body
+from r2art.run.refinement.pose import Pose, derivatives, posed
+from r2art.run.refinement.silhouettes import NEAR
 
 FloatArray = NDArray[np.floating]
 

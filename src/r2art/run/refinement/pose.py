@@ -1,6 +1,6 @@
 """Poses of several starts at once, the steps between them, and how points answer to a step.
 
-Letters and degrees of freedom as in `refine_body`. Metres, radians, OpenCV camera axes.
+Letters and degrees of freedom as in `body`. Metres, radians, OpenCV camera axes.
 """
 
 from dataclasses import dataclass
@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from r2art.run.refine_body import IMAGE_FREEDOM, Body
+from r2art.run.refinement.body import IMAGE_FREEDOM, Body
 
 FloatArray = NDArray[np.floating]
 

@@ -9,11 +9,9 @@ from PIL import Image, ImageDraw
 
 from r2art.core.category import Category, Joint
 from r2art.core.errors import InputError, UsageError
-from r2art.run.refine import Uncertainty, refine, resolutions, spread
-from r2art.run.refine_body import body_of
-from r2art.run.refine_image import pixel_errors, pyramid
-from r2art.run.refine_outline import outline, reach_errors
-from r2art.run.refine_pose import (
+from r2art.run.refinement.body import body_of
+from r2art.run.refinement.outline import outline, reach_errors
+from r2art.run.refinement.pose import (
     Pose,
     derivatives,
     difference,
@@ -23,6 +21,8 @@ from r2art.run.refine_pose import (
     rotation_of,
     vector_of,
 )
+from r2art.run.refinement.refine import Uncertainty, refine, resolutions, spread
+from r2art.run.refinement.silhouettes import pixel_errors, pyramid
 
 SIZE = 160
 K = np.array([[220.0, 0, 80], [0, 210, 78], [0, 0, 1]])

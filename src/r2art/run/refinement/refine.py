@@ -20,11 +20,11 @@ from numpy.typing import NDArray
 
 from r2art.core.category import Category
 from r2art.core.errors import InputError, UsageError
-from r2art.run.refine_body import IMAGE_FREEDOM, Body, body_of
-from r2art.run.refine_descent import Measure, Problem, descend
-from r2art.run.refine_image import Level, pixel_errors, pyramid
-from r2art.run.refine_outline import Outline, outline, reach_errors
-from r2art.run.refine_pose import Pose, pose_of, rotation_of
+from r2art.run.refinement.body import IMAGE_FREEDOM, Body, body_of
+from r2art.run.refinement.descent import Measure, Problem, descend
+from r2art.run.refinement.outline import Outline, outline, reach_errors
+from r2art.run.refinement.pose import Pose, pose_of, rotation_of
+from r2art.run.refinement.silhouettes import Level, pixel_errors, pyramid
 
 FloatArray = NDArray[np.floating]
 

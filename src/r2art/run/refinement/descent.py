@@ -7,8 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from r2art.run.refine_body import IMAGE_FREEDOM, Body
-from r2art.run.refine_pose import Pose, difference, moved
+from r2art.run.refinement.body import IMAGE_FREEDOM, Body
+from r2art.run.refinement.pose import Pose, difference, moved
 
 FloatArray = NDArray[np.floating]
 Measure = Callable[[Pose], tuple[FloatArray, FloatArray]]

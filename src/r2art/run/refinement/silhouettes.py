@@ -2,7 +2,7 @@
 
 Silhouettes are those of `r2art.method.silhouette`: every point spreads the square pixels that its
 patch covers over a kernel of integral 1, which adds up to surface layers L, and the coverage is
-``A = 1 − 2^(−L²)``. Letters as in `refine_body`; I images (one per part, or one of all) of G × G
+``A = 1 − 2^(−L²)``. Letters as in `body`; I images (one per part, or one of all) of G × G
 pixels.
 """
 
@@ -11,8 +11,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from r2art.run.refine_body import Body
-from r2art.run.refine_pose import Pose, derivatives, posed
+from r2art.run.refinement.body import Body
+from r2art.run.refinement.pose import Pose, derivatives, posed
 
 FloatArray = NDArray[np.floating]
 

@@ -1,0 +1,172 @@
+"""From the network's estimate to one that fits a mask: the network's own, or one the user has.
+
+See docs/silhouettes.md for what `r2art.run.refinement.refine` does with the two.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+from PIL import Image
+
+from r2art.core.errors import InputError, UsageError
+from r2art.core.image import ImageLike, Photo, View, crop_square, read_image
+from r2art.core.prediction import JointEstimate, PartEstimate, Prediction, Refinement
+from r2art.run.refinement.pose import Posed, pose_of, posed
+from r2art.run.refinement.refine import Body, Uncertainty, refine
+
+FloatArray = NDArray[np.floating]
+
+STEPS = 12
+"""Steps by default."""
+SIDE = 80
+"""Side (px) to which the network's own masks are brought."""
+SHARPNESS = 12.0
+"""Slope with which interpolated probabilities become a mask."""
+GIVEN_SIDE = 224
+"""Side (px) of the window of a user's mask."""
+INSIDE = 200
+"""Of 255: what is darker in a white photo's window is beyond the photo."""
+
+# Of the network's estimate; chosen on rendered validation photos.
+OF_NETWORK = Uncertainty(rotation=0.08, place=0.01, log_depth=0.02, joint=0.07, outline=0.05)
+# Of the same against a mask that somebody has looked at.
+OF_GIVEN = replace(OF_NETWORK, place=0.02, log_depth=0.08, outline=0.01, log_scale=0.05)
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Target:
+    """What an estimate is fitted to.
+
+    Attributes:
+        mask: (H, W) of the whole object, in [0, 1].
+        known: (H, W) 0 where the window leaves the photo, else 1.
+        K: (3, 3) intrinsics of the window.
+        uncertainty: Of the estimate and of this mask.
+    """
+
+    mask: FloatArray
+    known: FloatArray
+    K: FloatArray
+    uncertainty: Uncertainty
+
+
+def own_target(part_masks: FloatArray, view: View, photo: Photo) -> Target:
+    """Where the network sees the object, brought to a size whose outline can be followed.
+
+    Args:
+        part_masks: (P, h, w) probabilities over the crop.
+        view: The crop ...
+        photo: ... and what it was cut from.
+    """
+    seen = Image.fromarray(part_masks.sum(axis=0).astype(np.float32))
+    large = np.asarray(seen.resize((SIDE, SIDE), Image.Resampling.BICUBIC), float)
+    mask = 1 / (1 + np.exp(-SHARPNESS * (large - 0.5)))
+    at = (np.arange(SIDE) + 0.5) / SIDE * view.pixels.shape[0] / view.scale
+    x, y = at + view.corner[0], at + view.corner[1]
+    known = ((y > 0) & (y < photo.height))[:, None] & ((x > 0) & (x < photo.width))
+    camera = view.camera.resize(SIDE, SIDE)
+    return Target(mask=mask * known, known=known.astype(float), K=camera.K, uncertainty=OF_NETWORK)
+
+
+def given_target(mask: Photo, prediction: Prediction, margin: float) -> Target:
+    """A user's mask, cut to a window round the object's box."""
+    window = (prediction.camera, prediction.box, GIVEN_SIDE, margin)
+    view = crop_square(mask.pixels, *window)
+    inside = crop_square(np.full_like(mask.pixels, 255), *window).pixels[..., 0] > INSIDE
+    seen = view.pixels[..., 0] / 255.0 * inside
+    return Target(mask=seen, known=inside.astype(float), K=view.camera.K, uncertainty=OF_GIVEN)
+
+
+def read_mask(source: ImageLike, photo: Photo) -> Photo:
+    """A mask of the whole object in a photo: white where it is, black elsewhere.
+
+    Raises:
+        InputError: It is unreadable, of another size than the photo, or shows nothing.
+    """
+    mask = read_image(source)
+    if (mask.width, mask.height) != (photo.width, photo.height):
+        raise InputError(
+            f"the mask has {mask.width}×{mask.height} px, the photo (upright) "
+            f"{photo.width}×{photo.height}; give a mask of the photo's size"
+        )
+    if not (mask.pixels[..., 0] > 127).any():
+        raise InputError("the mask is black all over; it must be white where the object is seen")
+    return mask
+
+
+def box_of(mask: Photo) -> tuple[float, float, float, float]:
+    """x1 y1 x2 y2 (px) around what a mask shows."""
+    y, x = np.nonzero(mask.pixels[..., 0] > 127)
+    return float(x.min()), float(y.min()), float(x.max() + 1), float(y.max() + 1)
+
+
+def check_steps(steps: int) -> None:
+    """Refuse a number of steps that cannot be meant.
+
+    Raises:
+        UsageError: It is negative.
+    """
+    if steps < 0:
+        raise UsageError(f"refinement takes 0 steps (none) or more, got {steps}")
+
+
+def fitted(
+    prediction: Prediction, bodies: Sequence[Body], target: Target, steps: int
+) -> Prediction:
+    """The prediction, moved until it fits.
+
+    Args:
+        prediction: The network's.
+        bodies: The category's mean object, see `r2art.run.refinement.refine.resolutions`.
+        target: What to fit.
+        steps: Most steps along the outline; a third as many follow on the silhouette.
+    """
+    center = np.array([part.box_center for part in prediction.parts])
+    size = np.array([part.box_size for part in prediction.parts])
+    own = [body.stretched(center, size) for body in bodies]
+    state = np.array([joint.state for joint in prediction.joints])
+    found = refine(
+        own,
+        prediction.parts[0].cam_T_part,
+        state,
+        target.mask,
+        target.K,
+        known=target.known,
+        uncertainty=target.uncertainty,
+        steps=(6, steps, 0, steps // 3, 0),
+    )
+    body = own[0]
+    pose = replace(
+        pose_of(body, found.cam_T_root, found.joint_state), log_scale=found.log_scale[None]
+    )
+    at = posed(body, pose)
+    scale = np.exp(found.log_scale)
+    parts = zip(prediction.parts, scale, scale[0] * center, strict=True)
+    return replace(
+        prediction,
+        parts=tuple(_part(part, at, p, s, c) for p, (part, s, c) in enumerate(parts)),
+        joints=tuple(
+            _joint(joint, at, j, float(found.joint_state[j]))
+            for j, joint in enumerate(prediction.joints)
+        ),
+        refinement=Refinement(
+            steps=found.steps,
+            start_residual=found.start_residual,
+            residual=found.residual,
+            converged=found.converged,
+        ),
+    )
+
+
+def _part(
+    part: PartEstimate, at: Posed, p: int, scale: FloatArray, center: FloatArray
+) -> PartEstimate:
+    pose = np.eye(4)
+    pose[:3, :3], pose[:3, 3] = at.rotation[0, p], at.translation[0, p]
+    return replace(part, cam_T_part=pose, box_center=center, box_size=scale * part.box_size)
+
+
+def _joint(joint: JointEstimate, at: Posed, j: int, state: float) -> JointEstimate:
+    return replace(joint, state=state, axis=at.axis[0, j], pivot=at.pivot[0, j])
