@@ -44,7 +44,7 @@ def predict(
     fov: Annotated[float | None, _option("DEG", "EXIF, else a guess")] = None,
     size: Annotated[float | None, _option("METRES", "as usual objects")] = None,
     depth: Annotated[float | None, _option("METRES", "as usual objects")] = None,
-    refine: Annotated[int | None, _option("STEPS", "12")] = None,
+    refine: Annotated[int | None, _option("STEPS", "6")] = None,
     mask: Annotated[Path | None, _option("PATH", "the network's own")] = None,
     model: Annotated[Path | None, _option("PATH", "the one inside r2art")] = None,
     out: Annotated[Path | None, _option("DIR", f"{DEFAULT_OUT}, with --json none")] = None,

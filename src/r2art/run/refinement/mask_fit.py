@@ -18,7 +18,7 @@ from r2art.run.refinement.refine import Body, Uncertainty, refine
 
 FloatArray = NDArray[np.floating]
 
-STEPS = 12
+STEPS = 6
 """Steps by default."""
 SIDE = 80
 """Side (px) to which the network's own masks are brought."""
@@ -135,6 +135,7 @@ def fitted(
         target.K,
         known=target.known,
         uncertainty=target.uncertainty,
+        starts=1,
         steps=(6, steps, 0, steps // 3, 0),
     )
     body = own[0]
