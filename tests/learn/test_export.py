@@ -178,7 +178,7 @@ def test_the_predictor_says_what_the_network_says_of_the_crop(run, model_file, p
             (fx, _, cx), (_, fy, cy), _ = some.K[i].tolist()
             pixels, box = some.image[i].permute(1, 2, 0).numpy(), some.box[i].tolist()
             camera = Camera(fx, fy, cx, cy, pixels.shape[1], pixels.shape[0])
-            said = predictor.predict(pixels, camera, name, box)
+            said = predictor.predict(pixels, camera, name, box, refine=0)
             crop = crop_square(pixels, camera, box, S, augment.CROP_MARGIN)
             with torch.no_grad():
                 expected = dict(

@@ -10,7 +10,7 @@ import torch
 from r2art.core.errors import ModelError
 from r2art.learn import checkpoint, exported
 from r2art.learn.batches import Batches
-from r2art.learn.export import Graph
+from r2art.learn.export import FIELDS, Graph
 from r2art.learn.recipes import recipe_of
 from r2art.method.outputs import Network
 
@@ -41,9 +41,16 @@ def said(network: Network, name: str, inputs) -> list[torch.Tensor]:
     pixels = ((image[:1] + 1) * 127.5).permute(0, 2, 3, 1).round().to(torch.uint8)
     with torch.no_grad():
         answers = Graph(network.eval())(pixels, K[:1], box[:1])
-    per_category = (len(answers) - 2) // len(network.names)
-    start = 2 + network.names.index(name) * per_category
-    return [answers[0], *answers[start : start + per_category]]
+    start = 2 + network.names.index(name) * len(FIELDS)
+    return [answers[0], *answers[start : start + len(FIELDS)]]
+
+
+def masks(network: Network, name: str, inputs) -> torch.Tensor:
+    with torch.no_grad():
+        dense, _ = network.eval().features(inputs[1])
+        found = network.part_masks(name, dense)
+    assert found is not None
+    return found
 
 
 def test_the_network_computes_what_the_run_does(fresh, run, model_file, inputs):
@@ -55,6 +62,10 @@ def test_the_network_computes_what_the_run_does(fresh, run, model_file, inputs):
             said(network, name, inputs), said(trained, name, inputs), strict=True
         ):
             torch.testing.assert_close(ours, theirs, rtol=5e-3, atol=5e-3)
+        of_parts = masks(network, name, inputs), masks(trained, name, inputs)
+        torch.testing.assert_close(*of_parts, rtol=0, atol=0.04)
+        alike = torch.corrcoef(torch.stack([m.flatten() for m in of_parts]))[0, 1]
+        assert alike > 0.95
 
 
 def test_its_normalisation_is_alive_again(fresh, model_file, inputs):

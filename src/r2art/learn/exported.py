@@ -1,8 +1,8 @@
 """Going on from a model file: the weights of an exported ONNX graph, back in a network.
 
 The exporter folds most normalisation layers into the convolutions before them and leaves out
-what only training needs (the dense heads). Here the folded layers become layers again, and the
-dense heads start fresh.
+what only training needs. Here the folded layers become layers again, and what is missing starts
+fresh.
 """
 
 import hashlib
@@ -27,7 +27,8 @@ BIAS = ".weight_bias"
 """The exporter's name for the bias of a convolution that has swallowed a normalisation."""
 HALF = "_half"
 ONLY_TRAINING = ("neck.lateral.0.", "neck.at_8.", "photo_mask.")
-"""Layers that only the dense heads read, besides the heads' own masks."""
+"""Layers that a file may lack: of the head of whole photos, and, before models gave part masks,
+those that only the dense heads read."""
 
 
 def load_exported(network: R2ArtNet, path: Path, inputs: Sequence[Any]) -> None:
@@ -59,7 +60,8 @@ def load_exported(network: R2ArtNet, path: Path, inputs: Sequence[Any]) -> None:
             "recipe, or from a run"
         )
     network.load_state_dict(state | fitting)
-    unfold_normalisation(network, *inputs, only=folded)
+    for asked in _for_each_category(network, inputs):
+        unfold_normalisation(network, *asked, only=folded)
 
 
 def facts(path: Path) -> dict[str, Any]:
@@ -96,9 +98,12 @@ def _tensors(path: Path) -> dict[str, Tensor]:
     }
 
 
-def _normalised(
-    network: nn.Module, inputs: Sequence[Any]
-) -> list[tuple[nn.Conv2d, nn.BatchNorm2d]]:
+def _for_each_category(network: R2ArtNet, inputs: Sequence[Any]) -> list[tuple[Any, ...]]:
+    """The same pass through the heads of every category."""
+    return [(name, *inputs[1:]) for name in network.names]
+
+
+def _normalised(network: R2ArtNet, inputs: Sequence[Any]) -> list[tuple[nn.Conv2d, nn.BatchNorm2d]]:
     """Every convolution whose output goes straight into a normalisation, with that layer."""
     made: dict[int, tuple[nn.Conv2d, Tensor]] = {}  # holds the tensors, so that ids stay unique
     pairs: list[tuple[nn.Conv2d, nn.BatchNorm2d]] = []
@@ -107,7 +112,7 @@ def _normalised(
         made[id(output)] = (conv, output)
 
     def match(norm: nn.BatchNorm2d, arguments: tuple[Tensor, ...]) -> None:
-        if id(arguments[0]) in made:
+        if id(arguments[0]) in made and all(norm is not known for _, known in pairs):
             pairs.append((made[id(arguments[0])][0], norm))
 
     hooks = []
@@ -118,7 +123,8 @@ def _normalised(
             hooks.append(module.register_forward_pre_hook(match))
     was_training = network.training
     with torch.no_grad():
-        network.eval()(*inputs)
+        for asked in _for_each_category(network, inputs):
+            network.eval()(*asked)
     network.train(was_training)
     for hook in hooks:
         hook.remove()
