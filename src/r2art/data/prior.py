@@ -165,7 +165,7 @@ def _outline(instance: Instance) -> Instance:
     for part in instance.parts:
         vertices = np.concatenate([s.vertices for s in part])
         with suppress(QhullError):  # a part that is quite flat has no hull
-            vertices = vertices[np.sort(ConvexHull(vertices).vertices)]
+            vertices = vertices[np.sort(ConvexHull(vertices, qhull_options="Qt Pp").vertices)]
         parts.append((replace(part[0], vertices=vertices),))
     return replace(instance, parts=tuple(parts))
 

@@ -143,11 +143,13 @@ def refine(
     sure = uncertainty or Uncertainty()
     masks, known = _checked(bodies[0], masks, known)
     estimate = pose_of(bodies[0], cam_T_root, joint_state)
-    box, around, *levels = _problems(bodies, estimate, masks, known, K, sure)
+    rendered = [k for k, most in enumerate(steps[2:]) if most > 0 or starts > 1]
+    box, around, *levels = _problems(bodies, rendered, estimate, masks, known, K, sure)
+    left = [steps[1], *(steps[2 + k] for k in rendered)]
     pose, cost, taken, converged = descend(
         box, spread(bodies[0], estimate, sure, starts), steps[0], until
     )
-    for problem, most in zip([around, *levels], steps[1:], strict=True):
+    for problem, most in zip([around, *levels], left, strict=True):
         if time.perf_counter() >= until or (most == 0 and len(cost) == 1):
             continue
         pose, cost, used, converged = descend(problem, pose, most, until)
@@ -199,18 +201,19 @@ def _plastic(dimensions: int) -> float:
 
 def _problems(
     bodies: Sequence[Body],
+    rendered: Sequence[int],
     estimate: Pose,
     masks: FloatArray,
     known: FloatArray,
     K: FloatArray,
     sure: Uncertainty,
 ) -> list[Problem]:
-    """In their order: the box, the outline, and silhouettes at each resolution."""
+    """In their order: the box, the outline, and silhouettes at the resolutions wanted."""
     scale = sure.log_scale > 0
     tips = bodies[0].outlined()
     box = outline(masks.max(axis=0)[None], known.min(axis=0)[None], K, 4)
     around = outline(masks, known, K, DIRECTIONS)
-    levels = pyramid(masks, known, K, box.corners, tuple(POINTS))
+    levels = pyramid(masks, known, K, box.corners, tuple(list(POINTS)[k] for k in rendered))
     deviations = sure.deviations(tips)
     whole = np.ones(len(deviations), bool)
     place = np.zeros(len(deviations), bool)
@@ -246,7 +249,7 @@ def _problems(
             free=free,
         )
 
-    silhouettes = zip(bodies, levels, strict=True)
+    silhouettes = zip((bodies[k] for k in rendered), levels, strict=True)
     return [
         problem(tips, reach(box), place),
         problem(tips, reach(around), whole),
