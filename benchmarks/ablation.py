@@ -115,6 +115,8 @@ def recipe_for(row: str, seed: int, a: argparse.Namespace) -> Recipe:
         backbone=a.backbone,
         input_size=a.input_size,
         crops=a.crops,
+        photos=1,  # the box is given: whole photos need no learning
+        others=0,
         seed=seed,
         warm_up=min(200, steps // 4),
         pictures_at=(steps // 4 + 1, steps // 2, steps),

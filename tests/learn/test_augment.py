@@ -99,7 +99,7 @@ def test_the_window_is_centred_on_the_box_with_the_margin(some):
 def test_masks_go_with_the_picture(ramps):
     crops = augment.crops(ramps, every(ramps), S, chance(), None, augment=False)
     cell = S // crops.part.shape[-1]
-    assert cell == 8
+    assert cell == augment.MASK_STRIDE
     at = torch.nn.functional.avg_pool2d(decoded(crops.image), cell)  # of a ramp: the cell's centre
     whole = torch.nn.functional.avg_pool2d(of_the_photo(crops.image).float(), cell) == 1
     clear = whole & ((at - at.round()).abs().amin(dim=1) > 0.1)  # not between two pixels
@@ -166,12 +166,12 @@ def test_a_letterboxed_photo_keeps_its_shape_and_the_bars_are_grey(ramps, augmen
         seen = of_the_photo(views.image).flatten(1)
         assert seen.float().mean() > 0.8
         assert error[seen].max() < 0.2
-    assert views.seen.shape == (n, 1, S // 8, S // 8)
+    assert views.seen.shape == (n, 1, S // augment.MASK_STRIDE, S // augment.MASK_STRIDE)
 
 
 def test_the_letterboxed_object_is_seen_inside_of_its_box(some):
     views = augment.views(some, every(some), S, chance(3), None)
-    at = centers(S // 8) * 8
+    at = centers(S // augment.MASK_STRIDE) * augment.MASK_STRIDE
     for seen, (x1, y1, x2, y2) in zip(views.seen[:, 0], views.box, strict=True):
         within = (at[0] > x1 - 8) & (at[0] < x2 + 8) & (at[1] > y1 - 8) & (at[1] < y2 + 8)
         assert seen.max() > 0.3
@@ -194,7 +194,7 @@ def test_another_format_still_shows_all_of_the_object_that_the_photo_does(some):
 def test_augmented_labels_still_describe_the_picture(some, seed):
     """Even relabelled for another camera: parts are seen inside of their projected boxes."""
     crops = augment.crops(some, every(some), S, chance(seed), None)
-    at = (centers(S // 8) * 8).flatten(1).T
+    at = (centers(S // augment.MASK_STRIDE) * augment.MASK_STRIDE).flatten(1).T
     num_parts = crops.box_size.shape[1]
     uv = project(corners(crops), crops.K).unflatten(1, (num_parts, 8))
     lower, upper = uv.amin(dim=2) - 4, uv.amax(dim=2) + 4
@@ -232,14 +232,15 @@ def test_backdrops_are_taken_from_the_given_photos():
 
 
 def test_what_covers_the_picture_covers_the_mask():
-    image, part = torch.zeros(32, 3, S, S), torch.ones(32, S // 8, S // 8)
+    cells = S // augment.MASK_STRIDE
+    image, part = torch.zeros(32, 3, S, S), torch.ones(32, cells, cells)
     hide = torch.arange(32) % 2 == 0
     covered, left = augment.occlude(image, part, hide, chance(), None)
     assert torch.equal(covered[~hide], image[~hide])
     assert torch.equal(left[~hide], part[~hide])
     changed = (covered[hide] != 0).any(dim=1)
     assert torch.all(changed.flatten(1).any(dim=1))
-    at_cells = changed[:, 4::8, 4::8]  # the pixel at the lower right of a cell's centre
+    at_cells = changed[:, 2::4, 2::4]  # the pixel at the lower right of a cell's centre
     agree = (at_cells == (left[hide] == 0)).float().mean()
     assert agree > 0.97
 

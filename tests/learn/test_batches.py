@@ -9,7 +9,7 @@ from PIL import Image
 from r2art.core.errors import InputError
 from r2art.data import shards
 from r2art.data.shards import Dataset
-from r2art.learn.batches import Batches, load_backdrops, load_photos, open_datasets
+from r2art.learn.batches import OTHERS_HELD_OUT, Batches, load_backdrops, load_photos, open_datasets
 from r2art.learn.memory import Photos
 from r2art.learn.recipes import Recipe
 
@@ -109,3 +109,27 @@ def test_backdrops_are_square_cuts_of_the_photos(tmp_path):
     made = load_backdrops(folder, 16)
     assert made.shape == (1, 3, 16, 16)
     assert made[0, :, 3, 3].tolist() == [10, 200, 30]
+
+
+def test_with_more_categories_than_photos_some_wait_their_turn(photos):
+    recipe = replace(RECIPE, photos=1)
+    batches = Batches(recipe, photos, None, torch.device("cpu"), 0)
+    shown = [batches(step)[3].tolist() for step in range(4)]
+    assert [len(s) for s in shown] == [1] * 4
+    assert {s[0] for s in shown} == {0, 1}
+
+
+def test_pictures_of_nothing_known_are_the_last_answer(photos):
+    backdrops = torch.zeros(10, 3, 32, 32, dtype=torch.uint8)
+    backdrops[::OTHERS_HELD_OUT, 0] = 255  # red ones, which are never shown as such
+    recipe = replace(RECIPE, others=40)
+    _, _, views, category = Batches(recipe, photos, backdrops, torch.device("cpu"), 0)(0)
+    nothing = category == len(photos)
+    assert nothing.tolist() == [False] * 3 + [True] * 40
+    assert views.box[nothing].isnan().all()
+    assert views.box[~nothing].isfinite().all()
+    assert not views.seen[nothing].any()
+    assert views.image.isfinite().all()
+    red = views.image[nothing] - views.image[nothing].mean(dim=1, keepdim=True)
+    assert (red[:, 0].mean(dim=(1, 2)) < 0.9).all()
+    assert len(views.image[nothing].flatten(1).unique(dim=0)) > 30  # two may both be white

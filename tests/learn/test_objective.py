@@ -5,7 +5,7 @@ from dataclasses import fields, replace
 import pytest
 import torch
 
-from r2art.learn.augment import Crops, Views, crops
+from r2art.learn.augment import MASK_STRIDE, Crops, Views, crops
 from r2art.learn.chance import Chance
 from r2art.learn.objective import (
     CascadeOptions,
@@ -29,6 +29,7 @@ from r2art.method.shape import Prior, Shape, deformation_of
 
 SURE = 30.0
 PIXELS = 56
+SIDE = 64 // MASK_STRIDE
 
 
 @pytest.fixture(params=["laptop", "drawer"])
@@ -67,7 +68,7 @@ def raw_truth(prior: Prior, true: Crops) -> RawEstimate:
 def some_views(n: int = 6) -> tuple[Views, torch.Tensor]:
     corner = 10 + 20 * torch.rand(n, 2)
     box = torch.cat([corner, corner + 10 + 20 * torch.rand(n, 2)], dim=1)
-    seen = (torch.rand(n, 1, 8, 8) < 0.3).float()
+    seen = (torch.rand(n, 1, SIDE, SIDE) < 0.3).float()
     image = torch.zeros(n, 3, 64, 64)
     return Views(index=torch.arange(n), image=image, seen=seen, box=box), torch.arange(n) % 2
 
@@ -78,7 +79,7 @@ def right_output(raw: RawEstimate, true: Crops, views: Views, category) -> Train
         raw=raw,
         mask_logits=SURE * classes.movedim(-1, 1).float(),
         found_box=views.box,
-        category_logits=SURE * torch.nn.functional.one_hot(category, 2).float(),
+        category_logits=SURE * torch.nn.functional.one_hot(category, 3).float(),
         photo_mask_logits=SURE * (2 * views.seen - 1),
     )
 
@@ -191,10 +192,10 @@ def random_output(prior: Prior, true: Crops, views: Views, spread: float = 1.0) 
     box = (views.box + 3 * torch.randn_like(views.box)).requires_grad_()
     return TrainingOutput(
         raw=raw,
-        mask_logits=leaf(n, num_parts + 1, 8, 8),
+        mask_logits=leaf(n, num_parts + 1, SIDE, SIDE),
         found_box=box,
-        category_logits=leaf(len(box), 2),
-        photo_mask_logits=leaf(len(box), 1, 8, 8),
+        category_logits=leaf(len(box), 3),
+        photo_mask_logits=leaf(len(box), 1, SIDE, SIDE),
     )
 
 
@@ -269,3 +270,23 @@ def test_backdrop_and_surroundings_are_no_part(truth):
     part = torch.tensor([0, 1, num_parts, num_parts + 1, 255]).expand(8, 5, 5)
     classes = part_classes(replace(true, part=part))
     assert classes[0, 0].tolist() == [0, 1, num_parts, 0, 0]
+
+
+def test_pictures_of_nothing_teach_the_category_alone(truth):
+    prior, true = truth
+    views, _ = some_views()
+    nothing = torch.arange(6) >= 3
+    views = replace(views, box=views.box.masked_fill(nothing[:, None], torch.nan))
+    category = torch.where(nothing, 2, 0)
+    found_box = views.box.nan_to_num(20.0) + torch.tensor([1.0, 2.0, 3.0, 4.0])
+    output = replace(
+        right_output(raw_truth(prior, true), true, views, category),
+        found_box=found_box.requires_grad_(),
+        category_logits=torch.zeros(6, 3, requires_grad=True),
+    )
+    loss, terms, _ = objective(prior, output, true, views, category, Weights(), None)
+    loss.backward()
+    assert terms["found_box"].isfinite()
+    assert (output.found_box.grad[~nothing] != 0).any(dim=1).all()
+    assert not output.found_box.grad[nothing].any()
+    assert output.category_logits.grad[:, 2].sign().tolist() == [1, 1, 1, -1, -1, -1]

@@ -52,10 +52,10 @@ def test_another_backbone_is_another_word(cubes, chest, inputs, backbone):
             "center_shift": (CROPS, num_parts, 3),
             "confidence_logit": (CROPS, num_parts),
         }
-        assert output.mask_logits.shape == (CROPS, num_parts + 1, SIZE // 8, SIZE // 8)
+        assert output.mask_logits.shape == (CROPS, num_parts + 1, SIZE // 4, SIZE // 4)
         assert output.found_box.shape == (PHOTOS, 4)
-        assert output.category_logits.shape == (PHOTOS, 2)
-        assert output.photo_mask_logits.shape == (PHOTOS, 1, SIZE // 8, SIZE // 8)
+        assert output.category_logits.shape == (PHOTOS, 3)
+        assert output.photo_mask_logits.shape == (PHOTOS, 1, SIZE // 4, SIZE // 4)
         found = estimate(network.priors[category.name], output.raw, box, K)
         assert found.cam_T_part.shape == (CROPS, num_parts, 4, 4)
         assert found.axis.shape == found.pivot.shape == (CROPS, num_joints, 3)
@@ -64,7 +64,7 @@ def test_another_backbone_is_another_word(cubes, chest, inputs, backbone):
 def test_what_has_no_such_features_is_refused(cubes):
     with pytest.raises(ValueError, match="multiple of 32, got 100"):
         R2ArtNet((cubes,), SMALL, input_size=100)
-    with pytest.raises(ValueError, match=r"strides \[\d+, \d+, \d+\], but 8, 16 and 32"):
+    with pytest.raises(ValueError, match=r"strides \[[\d, ]+\], but 4, 8, 16 and 32"):
         R2ArtNet((cubes,), "vit_tiny_patch16_224", SIZE, backbone_options={"img_size": SIZE})
 
 

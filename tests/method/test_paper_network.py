@@ -59,7 +59,7 @@ def test_every_backbone_is_one_word(chest, inputs, features, depth, joint):
     assert found.cam_T_part.shape == (CROPS, 4, 4, 4)
     assert found.joint_state.shape == (CROPS, 3)
     assert output.found_box.shape == (PHOTOS, 4)
-    assert output.category_logits.shape == (PHOTOS, 1)
+    assert output.category_logits.shape == (PHOTOS, 2)
     assert output.mask_logits is output.photo_mask_logits is None
     everything = {name.split(".")[0] for name, _ in network.named_parameters()}
     assert taught(network, output) == everything - {"frozen"}

@@ -142,6 +142,28 @@ def test_the_model_finds_box_and_category_by_itself(predictor, pixels):
     assert 0 <= result.category_score <= 1
 
 
+@pytest.mark.parametrize("grey", [0, 90, 255])
+def test_a_blank_photo_is_rejected(predictor, pixels, grey):
+    blank = np.full_like(pixels, grey)
+    blank[1::2] = max(0, grey - 3)  # the noise of a sensor
+    for given in ({}, {"category": "laptop", "box": BOX}):
+        result = predictor.predict(blank, **given)
+        assert result.rejected == "the photo is blank"
+        assert json.loads(result.to_json())["rejected"] == result.rejected
+    assert predictor.predict(pixels).rejected is None
+
+
+def test_a_model_may_say_that_it_knows_nothing_like_it():
+    known = ("laptop", "drawer")
+    nothing = predictor_module._nothing_known
+    assert nothing(np.array([0.6, 0.4]), known) is None  # of before models could
+    assert nothing(np.array([0.5, 0.1, 0.4]), known) is None
+    reason = nothing(np.array([0.1, 0.2, 0.7]), known)
+    assert reason is not None
+    assert "70%" in reason
+    assert "laptop, drawer" in reason
+
+
 def test_what_is_given_is_kept(predictor, pixels):
     result = predictor.predict(pixels, CAMERA, "drawer", BOX)
     assert (result.camera, result.camera_source) == (CAMERA, "given")

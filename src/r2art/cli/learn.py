@@ -105,6 +105,7 @@ def train(
     backbone_weights: Path | None = None,
     init: Path | None = None,
     backgrounds: Path | None = None,
+    compile: Annotated[bool, arg(help_behavior_hint="")] = False,
 ) -> int:
     """Train a network on rendered datasets, or go on with a run that was stopped.
 
@@ -123,6 +124,8 @@ def train(
         init: Folder of a trained run, or model file (.onnx), to start from. Categories that it
             does not know get new heads on its trunk.
         backgrounds: Folder of photos to swap in behind the objects.
+        compile: Compile the small network: a minute more to start, shorter steps; needs a C++
+            compiler.
     """
     from r2art.learn.recipes import RECIPES
     from r2art.learn.train import Training
@@ -141,6 +144,7 @@ def train(
             init=init,
             backgrounds=backgrounds,
             out=out,
+            compiled=compile,
         )
     )
     return 0

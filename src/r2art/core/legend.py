@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from PIL import Image, ImageDraw
 
-from r2art.core.palette import AMBER, CARD, GREY, WHITE, Color, part_color
+from r2art.core.palette import AMBER, CARD, GREY, RED, WHITE, Color, part_color
 from r2art.core.pen import font
 from r2art.core.prediction import JointEstimate, Prediction
 
@@ -83,6 +83,9 @@ def _rows(prediction: Prediction) -> list[Row]:
         Row(tuple(Item(((word, AMBER),)) for word in f"Warning: {text}".split()), 15, 0)
         for text in prediction.warnings
     ]
+    if prediction.rejected is not None:
+        words = f"Rejected: {prediction.rejected}".split()
+        warnings.insert(0, Row(tuple(Item(((word, RED),)) for word in words), 15, 0))
     return [Row((title, *facts), 20), Row(tuple(parts)), Row(tuple(joints)), *warnings]
 
 

@@ -5,6 +5,7 @@ Color = tuple[int, int, int]
 WHITE: Color = (255, 255, 255)
 GREY: Color = (165, 171, 181)
 AMBER: Color = (255, 196, 87)
+RED: Color = (255, 110, 100)
 CARD: Color = (24, 26, 31)
 RIM: Color = (14, 16, 20)
 

@@ -18,6 +18,8 @@ from r2art.learn.memory import Photos
 from r2art.learn.relabel import poses_through
 from r2art.method.shape import box_corners
 
+MASK_STRIDE = 4
+"""Pixels of a view to one place of its masks."""
 CROP_MARGIN = 1.25
 """Side of the crop's window over the longer side of the box."""
 
@@ -42,7 +44,10 @@ class Crops:
 
 @dataclass(frozen=True, kw_only=True)
 class Views:
-    """N whole photos, letterboxed, with the object's box (px) in them; ``index`` as for crops."""
+    """N whole photos, letterboxed, with the object's box (px) in them; ``index`` as for crops.
+
+    Of photos without an object, the box is not a number and the index -1.
+    """
 
     index: Int[Tensor, " N"]
     image: Float[Tensor, "N 3 S S"]
@@ -86,7 +91,7 @@ def crops(
     corner = center - half
     window = torch.cat([corner, center + half], dim=1)
     view = sample_window(image, window, size)
-    part = sample_window(mask[:, None], window, size // 8, "nearest")[:, 0]
+    part = sample_window(mask[:, None], window, size // MASK_STRIDE, "nearest")[:, 0]
     zoom = size / (2 * half)
     K = photos.K[index].to(device).clone()
     K[:, :2, 2] -= corner
@@ -160,7 +165,7 @@ def views(
     window = torch.cat([center - side / 2, center + side / 2], dim=1)
     view = sample_window(image, window, size)
     object_seen = ((mask > 0) & (mask != BACKDROP)).float()[:, None]
-    object_seen = sample_window(object_seen, window, size // 8)
+    object_seen = sample_window(object_seen, window, size // MASK_STRIDE)
     zoom = size / side
     if augment:
         view = camera_faults(view, chance)
@@ -170,6 +175,24 @@ def views(
         image=view.masked_fill(bars[:, None], 0.0),
         seen=object_seen,
         box=(box - window[:, :2].repeat(1, 2)) * zoom,
+    )
+
+
+def empty_views(n: int, size: int, chance: Chance, backdrops: Tensor | None) -> Views:
+    """Pictures that show no object: photos, plain ones, and noise, in any format."""
+    grain = F.interpolate(chance.uniform(-1, 1, n, 3, 32, 32), (size, size), mode="nearest")
+    grain = torch.where(
+        chance.happens(0.5, n, 1, 1, 1), chance.uniform(-1, 1, n, 3, size, size), grain
+    )
+    picture = other_backdrops(n, size, chance, backdrops)
+    picture = torch.where(chance.happens(0.1, n, 1, 1, 1), grain, picture)
+    half = size / 2 * torch.where(chance.happens(0.5, n, 2), chance.uniform(0.5, 1, n, 2), 1.0)
+    bars = outside(torch.cat([size / 2 - half, size / 2 + half], dim=1), size)
+    return Views(
+        index=torch.full((n,), -1),
+        image=camera_faults(picture, chance).masked_fill(bars[:, None], 0.0),
+        seen=torch.zeros(n, 1, size // MASK_STRIDE, size // MASK_STRIDE, device=chance.device),
+        box=torch.full((n, 4), torch.nan, device=chance.device),
     )
 
 

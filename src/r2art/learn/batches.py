@@ -18,6 +18,9 @@ from r2art.learn.chance import Chance
 from r2art.learn.memory import Photos
 from r2art.learn.recipes import Recipe
 
+OTHERS_HELD_OUT = 5
+"""Of so many backdrops, in the order of their names, the first never stands for other objects."""
+
 Some = TypeVar("Some", augment.Crops, augment.Views)
 
 
@@ -68,7 +71,7 @@ class Batches:
     rank: int
 
     def __call__(self, step: int) -> tuple[str, augment.Crops, augment.Views, Tensor]:
-        """Category, its crops, whole photos of all categories, and what those show."""
+        """Category, its crops, whole photos, and what those show: a category, or last, none."""
         name, n = self.turn(step), self.recipe.shares
         shares = [self._share(step, name, k) for k in range(self.rank * n, (self.rank + 1) * n)]
         crops, views, category = zip(*shares, strict=True)
@@ -84,12 +87,23 @@ class Batches:
         views, category = [], []
         for c, photos in enumerate(self.photos.values()):
             n = (self.recipe.photos + (c + step) % len(self.photos)) // len(self.photos)
+            if n == 0:  # with many categories not all have a turn
+                continue
             chosen = chance.choice(len(photos), n)
             views.append(
                 augment.views(photos, chosen, size, chance, self.backdrops, augment=varied)
             )
             category += [c] * n
+        if (n := self.recipe.others) > 0:
+            views.append(augment.empty_views(n, size, chance, self._others()))
+            category += [len(self.photos)] * n
         return crops, _joined(views), torch.tensor(category, device=self.device)
+
+    def _others(self) -> Tensor | None:
+        """Backdrops that also stand for other objects: every fifth never does, for evaluation."""
+        if self.backdrops is None:
+            return None
+        return self.backdrops[torch.arange(len(self.backdrops)) % OTHERS_HELD_OUT != 0]
 
     def turn(self, step: int) -> str:
         """Whose crops a step sees: a category gets turns in proportion to its parts."""

@@ -26,9 +26,10 @@ PREFIX = "network."
 BIAS = ".weight_bias"
 """The exporter's name for the bias of a convolution that has swallowed a normalisation."""
 HALF = "_half"
-ONLY_TRAINING = ("neck.lateral.0.", "neck.at_8.", "photo_mask.")
-"""Layers that a file may lack: of the head of whole photos, and, before models gave part masks,
-those that only the dense heads read."""
+DENSE = ("neck.lateral.0.", "neck.at_8.", "neck.fine_lateral.", "neck.narrow.", "neck.at_4.")
+MAY_LACK = (*DENSE, "photo_mask.")
+"""Layers that a file may lack: of the head of whole photos, which is not exported, and those that
+only the dense heads read, where its masks are coarser."""
 
 
 def load_exported(network: R2ArtNet, path: Path, inputs: Sequence[Any]) -> None:
@@ -73,7 +74,7 @@ def facts(path: Path) -> dict[str, Any]:
 
 
 def _is_shared(key: str) -> bool:
-    own = ("heads.", "category_logits.", *ONLY_TRAINING)
+    own = ("heads.", "category_logits.", *MAY_LACK)
     return not key.startswith(own) and not key.endswith("num_batches_tracked")
 
 

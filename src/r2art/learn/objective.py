@@ -11,7 +11,7 @@ from r2art.learn.augment import Crops, Views
 from r2art.method import cascade, losses, se3
 from r2art.method.depth import translation_targets, viewing_ray
 from r2art.method.estimate import Estimate, estimate
-from r2art.method.outputs import NodePoses, RawEstimate, TrainingOutput
+from r2art.method.outputs import NOTHING_KNOWN, NodePoses, RawEstimate, TrainingOutput
 from r2art.method.projection import resize_intrinsics
 from r2art.method.rotation import egocentric_to_allocentric
 from r2art.method.shape import Prior, Shape, box_corners, deform, deformation_of, thinned
@@ -173,10 +173,12 @@ def renderings(
 
 
 def photo_losses(output: TrainingOutput, views: Views, category: Tensor) -> dict[str, Tensor]:
-    """Finding the object in whole photos and naming its category."""
+    """Finding the object in whole photos and naming its category, or that there is none."""
     size = views.image.shape[-1]
-    error = F.smooth_l1_loss(output.found_box / size, views.box / size, beta=0.05)
-    overlap = cascade.box_overlap_loss(output.found_box, views.box).mean()
+    known = category < output.category_logits.shape[1] - NOTHING_KNOWN
+    found, true = output.found_box[known], views.box[known]
+    error = F.smooth_l1_loss(found / size, true / size, beta=0.05)
+    overlap = cascade.box_overlap_loss(found, true).mean()
     terms = {
         "found_box": 4 * error + 0.5 * overlap,
         "category": F.cross_entropy(output.category_logits, category),

@@ -17,7 +17,7 @@ class Recipe:
 
     Attributes:
         network: The small one, or the paper's.
-        backbone: Any timm name. Of the small network: with features at strides 8, 16 and 32; of
+        backbone: Any timm name. Of the small network: with features at strides 4, 8, 16 and 32; of
             the paper's: the frozen one.
         backbone_options: Passed on to timm by the small network.
         depth_backbone: Timm name of the paper's depth branch.
@@ -33,6 +33,7 @@ class Recipe:
         epochs: Passes over the crops of all data, instead of ``steps``.
         crops: Crops per step, all of one category, and ...
         photos: ... whole photos per step, of all categories, of every share.
+        others: Pictures per step, of every share, that show no known object.
         shares: Shares of a step's batch that each process takes.
         learning_rate: At its peak, of the new layers ...
         trunk_learning_rate: ... and of the pre-trained trunk.
@@ -62,6 +63,7 @@ class Recipe:
     epochs: int | None = None
     crops: int = 32
     photos: int = 8
+    others: int = 0
     shares: int = 1
     learning_rate: float = 1e-3
     trunk_learning_rate: float = 5e-4
@@ -132,7 +134,10 @@ def tiny(steps: int = 4450) -> Recipe:
     ``pad_type="same"`` is what the ImageNet weights it starts from were trained with.
     """
     return Recipe(
-        backbone_options={"pad_type": "same"}, steps=steps, cascade_from=min(1125, steps // 4)
+        backbone_options={"pad_type": "same"},
+        steps=steps,
+        others=2,
+        cascade_from=min(1125, steps // 4),
     )
 
 
@@ -143,6 +148,7 @@ def further(steps: int = 5400) -> Recipe:
         steps=steps,
         learning_rate=7e-4,
         trunk_learning_rate=3.5e-4,
+        others=2,
         cascade_from=0,
         seed=1,
     )
@@ -156,6 +162,7 @@ def smoke(steps: int = 4) -> Recipe:
         steps=steps,
         crops=4,
         photos=2,
+        others=1,
         warm_up=1,
         cascade_from=1,
     )

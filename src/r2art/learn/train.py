@@ -49,6 +49,8 @@ class Training:
         init: Folder of a trained run, or model file, to start from; it may know other categories.
         backgrounds: Folder of photos to swap in as backdrops.
         out: The run's folder; a run found there goes on where it stopped.
+        compiled: Whether the small network's trunk and neck are compiled, which takes minutes
+            and a C++ compiler, and shortens the steps on a CPU.
     """
 
     recipe: Recipe
@@ -57,6 +59,7 @@ class Training:
     init: Path | None = None
     backgrounds: Path | None = None
     out: Path
+    compiled: bool = False
 
 
 PRETRAINED = ("trunk.", "depth.", "joint.")
@@ -163,6 +166,9 @@ def train(job: Training) -> None:
     offline = None
     if recipe.offline_features and isinstance(network, PaperNet):
         offline = OfflineFeatures(network)
+    if job.compiled and isinstance(network, R2ArtNet):
+        network.trunk.compile()
+        network.neck.compile()
     model, optimizer = accelerator.prepare(network, optimizer)
     take_step = Steps(batches, model, optimizer, accelerator, offline)
     journal, stages = Journal(job.out), StageLog(job.out)

@@ -1,6 +1,6 @@
 """The small network: one shared trunk, small heads per category (Sections 4.1 and 4.2).
 
-The trunk is any timm backbone with features at strides 8, 16 and 32. A UNet-like neck brings
+The trunk is any timm backbone with features at strides 4, 8, 16 and 32. A UNet-like neck brings
 them together; three branches per category read its summary, decoupled as in the paper:
 rotation and 2D translation, depth and size, joint states. A dense head segments the parts
 while training. On a whole photo the same trunk finds the object and names its category.
@@ -24,42 +24,55 @@ from r2art.method.layers import (
     perceptron,
     separable,
 )
-from r2art.method.outputs import Network, PoseHeads, RawEstimate, TrainingOutput, raw_estimate
+from r2art.method.outputs import (
+    NOTHING_KNOWN,
+    Network,
+    PoseHeads,
+    RawEstimate,
+    TrainingOutput,
+    raw_estimate,
+)
 
 BACKGROUND = 1  # mask classes that are no part
 
 
 def make_trunk(backbone: str, options: dict[str, Any]) -> tuple[nn.Module, list[int]]:
-    """A timm backbone without pre-trained weights, and its channels at strides 8, 16 and 32.
+    """A timm backbone without pre-trained weights, and its channels at strides 4, 8, 16 and 32.
 
     Raises:
         ValueError: It has no such features.
     """
-    trunk = timm.create_model(backbone, features_only=True, out_indices=(-3, -2, -1), **options)
+    trunk = timm.create_model(backbone, features_only=True, out_indices=(-4, -3, -2, -1), **options)
     info = cast(FeatureInfo, trunk.feature_info)
-    if info.reduction() != [8, 16, 32]:
+    if info.reduction() != [4, 8, 16, 32]:
         raise ValueError(
-            f"the last features of {backbone} are at strides {info.reduction()}, but 8, 16 and "
-            "32 are needed; choose another backbone"
+            f"the last features of {backbone} are at strides {info.reduction()}, but 4, 8, "
+            "16 and 32 are needed; choose another backbone"
         )
     return trunk, info.channels()
 
 
 class Neck(nn.Module):
-    """Three feature maps to one at stride 16 (for the summary) and one at stride 8 (dense)."""
+    """Four feature maps to one at stride 16 (for the summary) and one at stride 4 (dense)."""
 
     def __init__(self, channels: Sequence[int], width: int) -> None:
         super().__init__()
-        self.lateral = nn.ModuleList(nn.Conv2d(c, width, 1) for c in channels)
+        finest, *coarser = channels
+        self.lateral = nn.ModuleList(nn.Conv2d(c, width, 1) for c in coarser)
         self.at_16 = separable(width, width)
         self.at_8 = separable(width, width)
+        self.fine_lateral = nn.Conv2d(finest, width // 2, 1)
+        self.narrow = nn.Conv2d(width, width // 2, 1)
+        self.at_4 = separable(width // 2, width // 2)
         self.up = nn.Upsample(scale_factor=2, mode="nearest")
 
     def forward(self, features: list[Tensor]) -> tuple[Tensor, Tensor]:
-        """Features at strides 8, 16, 32 to (stride 8, stride 16)."""
-        s8, s16, s32 = (f(x) for f, x in zip(self.lateral, features, strict=True))
+        """Features at strides 4, 8, 16, 32 to (stride 4, of half the width; stride 16)."""
+        finest, *coarser = features
+        s8, s16, s32 = (f(x) for f, x in zip(self.lateral, coarser, strict=True))
         p16 = self.at_16(s16 + self.up(s32))
-        return self.at_8(s8 + self.up(p16)), p16
+        p8 = self.at_8(s8 + self.up(p16))
+        return self.at_4(self.fine_lateral(finest) + self.up(self.narrow(p8))), p16
 
 
 class CategoryHeads(nn.Module):
@@ -80,7 +93,7 @@ class CategoryHeads(nn.Module):
             self.joint = perceptron(inputs, 256, [0.5] * self.num_joints)
         self.confidence = perceptron(inputs, 64, [0.0] * self.num_parts)
         self.mask = nn.Sequential(
-            separable(width, 64), nn.Conv2d(64, self.num_parts + BACKGROUND, 1)
+            separable(width // 2, width // 2), nn.Conv2d(width // 2, self.num_parts + BACKGROUND, 1)
         )
 
     def forward(self, summary: Float[Tensor, "B D"]) -> RawEstimate:
@@ -105,7 +118,7 @@ class R2ArtNet(Network):
 
     Args:
         categories: What it can estimate.
-        backbone: Any timm name with features at strides 8, 16 and 32.
+        backbone: Any timm name with features at strides 4, 8, 16 and 32.
         input_size: Side (px) of the square input; a multiple of 32.
         width: Channels of the neck.
         backbone_options: Passed on to timm.
@@ -128,8 +141,8 @@ class R2ArtNet(Network):
         self.pose_summary = Summary(width, cells, 512)
         self.photo_summary = Summary(width, cells, 256)
         self.found_box = perceptron(256, 128, [0.0] * 4)
-        self.category_logits = perceptron(256, 128, [0.0] * len(categories))
-        self.photo_mask = nn.Conv2d(width, 1, 1)
+        self.category_logits = perceptron(256, 128, [0.0] * (len(categories) + NOTHING_KNOWN))
+        self.photo_mask = nn.Conv2d(width // 2, 1, 1)
         inputs = 512 + NUM_CUES
         self.heads = nn.ModuleDict(
             {c.name: CategoryHeads(c, inputs, width, pose_heads) for c in categories}
@@ -147,23 +160,23 @@ class R2ArtNet(Network):
 
         Both go through the trunk together, so that its batch statistics fit both.
         """
-        p8, p16 = self.features(torch.cat([crop, photo]))
+        p4, p16 = self.features(torch.cat([crop, photo]))
         n = len(crop)
         found_box, category_logits = self.find(p16[n:])
         return TrainingOutput(
             raw=self.estimate_raw(name, p16[:n], box, K),
-            mask_logits=self.head(name).mask(p8[:n]),
+            mask_logits=self.head(name).mask(p4[:n]),
             found_box=found_box,
             category_logits=category_logits,
-            photo_mask_logits=self.photo_mask(p8[n:]),
+            photo_mask_logits=self.photo_mask(p4[n:]),
         )
 
     def features(self, image: Float[Tensor, "B 3 S S"]) -> tuple[Tensor, Tensor]:
-        """Image in [-1, 1] to neck features at strides 8 and 16."""
+        """Image in [-1, 1] to neck features at strides 4 and 16."""
         return self.neck(self.trunk(image))
 
     def part_masks(self, name: str, dense: Tensor) -> Float[Tensor, "B P h w"]:
-        """Stride-8 features of crops to the probability that each place shows a part."""
+        """Stride-4 features of crops to the probability that each place shows a part."""
         return self.head(name).mask(dense).float().softmax(dim=1)[:, BACKGROUND:]
 
     def estimate_raw(

@@ -97,22 +97,26 @@ def raw_estimate(
     )
 
 
+NOTHING_KNOWN = 1
+"""Answers to what a photo shows that are no category: one, the last."""
+
+
 @dataclass(frozen=True, kw_only=True)
 class TrainingOutput:
     """What one training pass yields; what a network has no head for is None.
 
     Attributes:
         raw: The raw estimate of every crop.
-        mask_logits: Part segmentation of the crops at stride 8; class 0 is no part, k + 1 part k.
+        mask_logits: Part segmentation of the crops at stride 4; class 0 is no part, k + 1 part k.
         found_box: The object's box (px) in every whole photo.
-        category_logits: What the photos show.
-        photo_mask_logits: Where in the photos the object is seen, at stride 8.
+        category_logits: What the photos show: one of the C categories, or last, none of them.
+        photo_mask_logits: Where in the photos the object is seen, at stride 4.
     """
 
     raw: RawEstimate
     mask_logits: Float[Tensor, "B classes h w"] | None
     found_box: Float[Tensor, "N 4"]
-    category_logits: Float[Tensor, "N C"]
+    category_logits: Float[Tensor, "N answers"]
     photo_mask_logits: Float[Tensor, "N 1 h w"] | None
 
 
@@ -128,7 +132,7 @@ class Network(nn.Module):
         priors: By name.
         photo_summary: What `find` reads, to one vector.
         found_box: From it the box, as centre and log-size.
-        category_logits: From it the category.
+        category_logits: From it the category, or that it is none of them.
     """
 
     photo_summary: nn.Module
@@ -162,7 +166,7 @@ class Network(nn.Module):
     def summarised(self, seen: Any) -> Float[Tensor, "B D"]:
         """What is seen in whole photos as one vector each."""
 
-    def find(self, seen: Any) -> tuple[Float[Tensor, "B 4"], Float[Tensor, "B C"]]:
+    def find(self, seen: Any) -> tuple[Float[Tensor, "B 4"], Float[Tensor, "B answers"]]:
         """What is seen in whole photos to the object's box (px) and category logits, in float32."""
         summary = self.summarised(seen)
         center, log_size = self.found_box(summary).float().split(2, dim=1)

@@ -21,7 +21,14 @@ from torch.nn import functional as F
 from r2art.core.category import Category
 from r2art.method.backbones import FeatureMap, Vector
 from r2art.method.layers import FROM_THE_FRONT, NUM_CUES, Summary, geometric_cues, perceptron
-from r2art.method.outputs import Network, PoseHeads, RawEstimate, TrainingOutput, raw_estimate
+from r2art.method.outputs import (
+    NOTHING_KNOWN,
+    Network,
+    PoseHeads,
+    RawEstimate,
+    TrainingOutput,
+    raw_estimate,
+)
 
 CUE_EMBEDDING = 64
 
@@ -143,7 +150,7 @@ class PaperNet(Network):
         self.embed_cues = nn.Sequential(nn.Linear(NUM_CUES, CUE_EMBEDDING), nn.ReLU(inplace=True))
         self.photo_summary = Summary(width, cells, 256)
         self.found_box = perceptron(256, 128, [0.0] * 4)
-        self.category_logits = perceptron(256, 128, [0.0] * len(categories))
+        self.category_logits = perceptron(256, 128, [0.0] * (len(categories) + NOTHING_KNOWN))
         inputs = (512, self.depth.channels + width + CUE_EMBEDDING, self.joint.channels)
         self.heads = nn.ModuleDict({c.name: PaperHeads(c, inputs, pose_heads) for c in categories})
 

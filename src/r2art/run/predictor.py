@@ -38,6 +38,10 @@ PLAUSIBLE_FOCAL = (0.2, 20.0)
 # On the unsure side of these an answer is still given, with a warning.
 UNSURE_CATEGORY = 0.6
 UNSURE_PART = 0.3
+# Above this probability that a photo shows no known object, it is rejected.
+NOTHING_KNOWN = 0.5
+BLANK = "the photo is blank"
+BLANK_RANGE = 8  # of 255: a photo whose pixels differ by no more shows nothing
 SMALL_BOX = 24  # px
 # A given size or depth that changes all lengths by more than these factors gets a warning.
 ODD_SCALE = (0.4, 2.5)
@@ -127,9 +131,11 @@ class Predictor:
             box = box_of(seen_at)
         box = None if box is None else check_box(box, photo)
         score = None
+        rejected = BLANK if _is_blank(photo) else None
         if known is None or box is None:
             view = letterbox(photo.pixels, camera, self.model.input_size)
             seen = _finite(self.model.find(view))
+            rejected = rejected or _nothing_known(seen["category_scores"], self.categories)
             known, score, doubts = self._recognise(seen["category_scores"], known)
             warnings += doubts
             if box is None:
@@ -156,6 +162,7 @@ class Predictor:
             camera_source=source,
             parts=parts,
             joints=_joints(known, posed),
+            rejected=rejected,
             warnings=warnings + _doubts(parts, box),
             scale=Scale(spread=known.size_spread),
             photo=photo if photo.path is None else None,
@@ -197,7 +204,7 @@ class Predictor:
         self, scores: NDArray[np.floating], wanted: ModelCategory | None
     ) -> tuple[ModelCategory, float, tuple[str, ...]]:
         """The category, its score, and what makes it doubtful."""
-        best = self.model.categories[int(np.argmax(scores))]
+        best = self.model.categories[int(np.argmax(scores[: len(self.categories)]))]
         category = wanted or best
         score = float(np.clip(scores[self.model.categories.index(category)], 0, 1))
         doubts = ()
@@ -206,6 +213,19 @@ class Predictor:
         elif score < UNSURE_CATEGORY:
             doubts = (f"unsure that this is a {category.name} (score {score:.2f})",)
         return category, score, doubts
+
+
+def _is_blank(photo: Photo) -> bool:
+    return float(np.ptp(photo.pixels[::4, ::4], axis=(0, 1)).max()) <= BLANK_RANGE
+
+
+def _nothing_known(scores: NDArray[np.floating], categories: tuple[str, ...]) -> str | None:
+    """Why a photo is rejected, by a model that can say so (its last score, after the categories)."""
+    doubt = float(scores[len(categories) :].sum())
+    if doubt <= NOTHING_KNOWN:
+        return None
+    known = ", ".join(categories)
+    return f"it looks like nothing this model knows ({doubt:.0%} sure; it knows {known})"
 
 
 def _text(path: Path) -> str:

@@ -24,9 +24,12 @@ def say(kind: Literal["error", "warning", "written"], text: str) -> None:
 
 
 @contextmanager
-def progress(count: int) -> Iterator[Callable[[], None]]:
-    """A bar for several images on a terminal, otherwise nothing; call what it gives to advance."""
-    if count < 2 or not _stderr().is_terminal:
+def progress(count: int | None) -> Iterator[Callable[[], None]]:
+    """A bar for several images on a terminal, otherwise nothing; call what it gives to advance.
+
+    None: nobody knows how many there are.
+    """
+    if (count is not None and count < 2) or not _stderr().is_terminal:
         yield lambda: None
         return
     from rich.progress import Progress
@@ -60,7 +63,10 @@ def _table(prediction: Prediction) -> Table:
 
 
 def print_warnings(predictions: Sequence[Prediction]) -> None:
-    """Each warning once, with the photo it is about or the number of photos."""
+    """What was rejected; each warning once, with the photo it is about or the number of photos."""
+    for prediction in predictions:
+        if prediction.rejected is not None:
+            say("rejected", f"{prediction.image_path}: {prediction.rejected}")
     counts = Counter(text for p in predictions for text in p.warnings)
     for text, count in counts.items():
         if count > 1:
