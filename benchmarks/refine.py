@@ -202,6 +202,7 @@ def scene(thing: Object, body: Body, rng: np.random.Generator) -> Pose:
         anchor=np.array([[*rng.uniform(-0.08, 0.08, 2) * z, z]]),
         joint_state=(low + (high - low) * rng.uniform(0.15, 0.85, len(low)))[None],
         log_scale=np.zeros((1, *body.center.shape)),
+        border=np.zeros(1),
     )
 
 
@@ -217,6 +218,7 @@ def estimate(body: Body, true: Pose, case: Case, rng: np.random.Generator) -> Po
         *place,
         np.log(1 + case.depth * sign[0]),
         *(joint * sign[1:]),
+        0.0,
     ]
     return moved(body, true, np.array([step]))
 

@@ -276,3 +276,26 @@ def test_a_letterboxed_photo_is_centred_on_grey():
 def test_an_empty_box_has_no_crop():
     with pytest.raises(UsageError):
         crop_square(ramp(9, 9), Camera.from_fov(1.0, 9, 9), (4, 4, 4, 4), 32, 1.25)
+
+
+@pytest.mark.parametrize("kind", ["PNG", "GIF", "TIFF", "WEBP"])
+def test_the_content_of_a_file_is_read_like_the_file(tmp_path, kind):
+    path = tmp_path / "photo"
+    Image.fromarray(scene()).save(path, kind)
+    read = read_image(path.read_bytes())
+    np.testing.assert_array_equal(read.pixels, read_image(path).pixels)
+    assert read.path is None
+
+
+@pytest.mark.parametrize(
+    ("content", "says"),
+    [
+        (b"", "the image is empty"),
+        (b"dear diary", "the image is not an image"),
+        (b"\0\0\0\x18ftypheic" + bytes(9), "HEIC"),
+        (png_of_size(20_000, 20_000), "megapixels"),
+    ],
+)
+def test_content_that_is_no_photo_is_refused(content, says):
+    with pytest.raises(InputError, match=says):
+        read_image(content)

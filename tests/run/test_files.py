@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from r2art.core.errors import InputError, UsageError
-from r2art.run.files import find_images, make_folder, result_names, write_whole
+from r2art.run.files import find_images, find_predictions, make_folder, result_names, write_whole
 
 
 @pytest.fixture
@@ -33,6 +33,16 @@ def album(tmp_path):
 def test_files_folders_and_globs(album, pattern, found):
     paths = find_images(f"{album}/{pattern}")
     assert [p.relative_to(album).as_posix() for p in paths] == found
+
+
+def test_predictions_are_found_like_images(album):
+    for name in ("a.json", "b.JSONL", "deep/c.json"):
+        (album / name).touch()
+    for pattern, found in (("", ["a.json", "b.JSONL"]), ("**/*.json", ["a.json", "deep/c.json"])):
+        paths = find_predictions(f"{album}/{pattern}")
+        assert [p.relative_to(album).as_posix() for p in paths] == found
+    with pytest.raises(InputError, match="no predictions match"):
+        find_predictions(f"{album}/*.urdf")
 
 
 @pytest.mark.parametrize("pattern", ["empty", "*.gif", "nowhere/*.png"])

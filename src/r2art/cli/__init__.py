@@ -14,21 +14,29 @@ import tyro
 from tyro.conf import DisallowNone, FlagCreatePairsOff
 
 from r2art.cli.benchmark import BENCHMARK
+from r2art.cli.convert import convert
 from r2art.cli.data import DATA
+from r2art.cli.doctor import doctor
 from r2art.cli.group import Group, listed
 from r2art.cli.learn import evaluate, export, prior, synth, train
 from r2art.cli.predict import predict
+from r2art.cli.serve import serve
+from r2art.cli.view import view
 from r2art.core.errors import R2ArtError, UsageError
 from r2art.run.report import say
 
 USAGE, INTERRUPTED = 2, 130
-TRAIN_EXTRA = frozenset(
-    {
+# Modules that `pip install 'r2art[EXTRA]'` brings, by extra.
+EXTRAS = {
+    "train": (
         *("accelerate", "collada", "fast_simplification", "jaxtyping", "matplotlib", "mujoco"),
         *("onnx", "onnxscript", "pyarrow", "safetensors", "scipy", "timm", "torch", "trimesh"),
         "warp",
-    }
-)
+    ),
+    "video": ("av",),
+    "view": ("viser",),
+    "serve": ("fastapi", "h11", "python_multipart", "starlette", "uvicorn"),
+}
 
 HELP = """usage: r2art COMMAND ...
 
@@ -43,17 +51,22 @@ examples:
   r2art predict laptop.jpg --fov 65             the camera's field of view, in degrees
   r2art predict drawer.png --category drawer --box 80 40 520 460
   r2art predict laptop.jpg --json               JSON on stdout, no files
+  r2art convert r2art_out/ --to urdf            what was predicted, for other programs
   r2art synth laptop -n 1000 --out data/laptop  a labelled dataset
   r2art synth --urdf arm.urdf -n 1000 --out data/arm   of a robot, or object, of your own
   r2art data show data/laptop                   look at it
 
-exit codes: 0 all done; 1 `data check` or `benchmark verify` has found faults; 2 an argument cannot
-be meant; 3 an image or dataset is unreadable or unusable (the others are done); 4 no usable model
+exit codes: 0 all done; 1 `data check`, `benchmark verify` or `doctor` has found faults; 2 an
+argument cannot be meant; 3 an image or dataset is unreadable or unusable (the others are done);
+4 no usable model
 
 r2art COMMAND --help lists a command's options; r2art --version prints the version."""
 
 COMMANDS: dict[str, Callable[..., int] | Group] = {
     "predict": predict,
+    "convert": convert,
+    "view": view,
+    "serve": serve,
     "synth": synth,
     "prior": prior,
     "data": DATA,
@@ -61,6 +74,7 @@ COMMANDS: dict[str, Callable[..., int] | Group] = {
     "train": train,
     "eval": evaluate,
     "export": export,
+    "doctor": doctor,
 }
 
 
@@ -73,10 +87,12 @@ def main(argv: Sequence[str] | None = None) -> int:
         say("error", str(error))
         return error.exit_code
     except ModuleNotFoundError as error:
-        if (error.name or "").split(".")[0] not in TRAIN_EXTRA:
+        module = (error.name or "").split(".")[0]
+        extra = next((name for name, modules in EXTRAS.items() if module in modules), None)
+        if extra is None:
             raise
-        needs = f"r2art {arguments[0]} needs `pip install 'r2art[train]'` ({error.name} is missing)"
-        say("error", needs)
+        install = f"pip install 'r2art[{extra}]'"
+        say("error", f"r2art {arguments[0]} needs `{install}` ({error.name} is missing)")
         return USAGE
     except KeyboardInterrupt:
         say("error", "interrupted")

@@ -3,6 +3,9 @@
 They need the extra ``train``, which is imported only inside them.
 """
 
+import math
+from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
@@ -102,6 +105,7 @@ def train(
     data: UseAppendAction[tuple[Path, ...]],
     out: Path,
     steps: int | None = None,
+    turns: Annotated[tuple[str, ...], arg(metavar="NAME=N...")] = (),
     backbone_weights: Path | None = None,
     init: Path | None = None,
     backgrounds: Path | None = None,
@@ -119,6 +123,8 @@ def train(
         data: A dataset of `r2art synth`; once per category.
         out: Folder of the run.
         steps: Instead of the recipe's number of optimiser steps.
+        turns: How often categories have their turn, relative to each other (laptop=0.5): less for
+            those that are learned already; else by their numbers of parts.
         backbone_weights: .npz or .safetensors to start the trunk from; for the paper's network
             its frozen backbone, or a folder of files by timm's names.
         init: Folder of a trained run, or model file (.onnx), to start from. Categories that it
@@ -136,9 +142,10 @@ def train(
     if not data:
         raise UsageError("no data given; add --data DIR for each category")
     options: dict[str, Any] = {} if steps is None else {"steps": steps}
+    chosen = RECIPES[recipe](**options)
     run(
         Training(
-            recipe=RECIPES[recipe](**options),
+            recipe=replace(chosen, turns={**chosen.turns, **_turns(turns)}),
             data=data,
             backbone_weights=backbone_weights,
             init=init,
@@ -148,6 +155,20 @@ def train(
         )
     )
     return 0
+
+
+def _turns(given: Sequence[str]) -> dict[str, float]:
+    """NAME=N to numbers by name."""
+    found: dict[str, float] = {}
+    for text in given:
+        name, _, number = text.partition("=")
+        try:
+            found[name] = float(number)
+        except ValueError:
+            found[name] = math.nan
+        if not (math.isfinite(found[name]) and found[name] > 0):
+            raise UsageError(f"--turns takes NAME=N with N above 0, not {text!r}")
+    return found
 
 
 def export(

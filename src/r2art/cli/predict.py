@@ -30,6 +30,22 @@ FOUR = PrimitiveConstructorSpec(
 )
 
 
+# A webcam's number may be left out.
+WEBCAM = PrimitiveConstructorSpec(
+    nargs="*",
+    metavar="",
+    instance_from_str=lambda texts: _webcam(texts),
+    is_instance=lambda value: value is None or isinstance(value, str),
+    str_from_instance=lambda value: [] if value is None else [value],
+)
+
+
+def _webcam(texts: list[str]) -> str:
+    if len(texts) > 1:
+        raise ValueError("--webcam takes one number")
+    return texts[0] if texts else "0"
+
+
 def _option(metavar: str, default: str) -> Any:
     return arg(metavar=metavar, help_behavior_hint=f"(default: {default})")
 
@@ -44,17 +60,21 @@ def predict(
     fov: Annotated[float | None, _option("DEG", "EXIF, else a guess")] = None,
     size: Annotated[float | None, _option("METRES", "as usual objects")] = None,
     depth: Annotated[float | None, _option("METRES", "as usual objects")] = None,
+    video: Annotated[str | None, _option("CLIP", "none")] = None,
+    webcam: Annotated[str | None, WEBCAM, _option("[N]", "none; 0 if N is left out")] = None,
+    fps: Annotated[float, _option("FPS", "30")] = 30.0,
     refine: Annotated[int | None, _option("STEPS", "6")] = None,
     mask: Annotated[Path | None, _option("PATH", "the network's own")] = None,
     model: Annotated[Path | None, _option("PATH", "the one inside r2art")] = None,
     out: Annotated[Path | None, _option("DIR", f"{DEFAULT_OUT}, with --json none")] = None,
     json: Annotated[bool, arg(help_behavior_hint="")] = False,
 ) -> int:
-    """Estimate the pose of every part and the state of every joint in photos.
+    """Estimate the pose of every part and the state of every joint in photos and films.
 
     For each image NAME this writes NAME.overlay.png (part boxes, joint axes and the root frame
     on the photo), NAME.json (documented in docs/prediction.md) and NAME.glb (a 3D scene of the
-    posed parts).
+    posed parts). In a film the object is followed: NAME.tracked.mp4, NAME.tracked.jsonl and
+    NAME.joints.png (docs/video.md).
 
     Args:
         images: Files, folders and globs.
@@ -64,23 +84,31 @@ def predict(
         fov: Field of view across the photo's longer side, instead of --camera.
         size: Longest side of the root part (a laptop's width), which fixes all lengths.
         depth: Distance of the root part's centre along the viewing axis, instead of --size.
+        video: A film, or a folder or glob of pictures that are the frames of one.
+        webcam: Follow the object before a webcam, until Ctrl-C.
+        fps: Frames per second of pictures given with --video.
         refine: Most steps to fit the estimate to a mask of the object; 0 for none.
         mask: White where the object is seen: an image of the photo's size, from any segmentation
             tool, or a folder of such masks named like the photos.
         model: A model that `r2art export` made.
         out: Folder for the results; it is made if need be.
-        json: Print one line of JSON per image instead of a table.
+        json: Print one line of JSON per image or frame instead of a table.
     """
-    if not images:
+    films, images = _films_among(images)
+    clips = [*films, *([] if video is None else [video])]
+    if not (images or clips or webcam is not None):
         raise UsageError("no image given; try `r2art predict photo.jpg`")
     _check_camera(camera, fov)
 
+    from r2art.cli.track import check_meant_for_clips, track_all
     from r2art.core.image import read_image
     from r2art.run.files import make_folder, result_names
     from r2art.run.predictor import check_lengths, load
     from r2art.run.refinement.mask_fit import STEPS, check_steps
 
     check_lengths(size, depth)
+    if clips or webcam is not None:
+        check_meant_for_clips(depth, mask)
     steps = STEPS if refine is None else refine
     check_steps(steps)
     predictor = load(model)
@@ -122,7 +150,35 @@ def predict(
     if done and folder is not None:
         name = Path(done[0].image_path or "").stem if len(done) == len(paths) == 1 else "NAME"
         say("written", f"{folder / name}.overlay.png, {name}.json, {name}.glb")
+    if clips or webcam is not None:
+        code = track_all(
+            predictor,
+            clips,
+            webcam,
+            fps=fps,
+            camera_of=lambda photo: _camera_of(photo, camera, fov),
+            category=category,
+            box=box,
+            size=size,
+            refine=steps,
+            folder=folder,
+            json=json,
+        )
+        exit_code = max(exit_code, code)
     return exit_code
+
+
+def _films_among(patterns: Sequence[str]) -> tuple[list[str], tuple[str, ...]]:
+    """Films by their names, globs expanded; and the other patterns."""
+    from r2art.run.video.source import films_of
+
+    films: list[str] = []
+    others: list[str] = []
+    for pattern in patterns:
+        found = films_of(pattern)
+        films += found
+        others += [] if found else [pattern]
+    return films, tuple(others)
 
 
 def _check_camera(camera: Numbers | None, fov: float | None) -> None:
@@ -173,7 +229,7 @@ def _save(prediction: "Prediction", photo: "Photo", stem: Path) -> None:
     from io import BytesIO
 
     from r2art.run.files import OVERLAY, write_whole
-    from r2art.run.glb import to_glb
+    from r2art.run.export.glb import to_glb
 
     png = BytesIO()
     prediction.draw(photo).save(png, "PNG", compress_level=1)

@@ -14,6 +14,8 @@ from typing import BinaryIO, Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from r2art.core.mesh import Mesh
+
 JointKind = Literal["revolute", "prismatic"]
 FloatArray = NDArray[np.floating]
 
@@ -55,6 +57,8 @@ class Category:
             large as its standard deviation, largest first: of every part the logarithm of its
             scale along x, y, z, and the shift (m) of its centre from where the root's scale puts
             it (`r2art.method.shape.Deformation`). None where it is not known.
+        mesh: The surface of the parts as few triangles, for their outlines. None where it is not
+            known.
     """
 
     name: str
@@ -68,6 +72,7 @@ class Category:
     frontal_area: float
     size_spread: float = 0.0
     shape_basis: FloatArray | None = None
+    mesh: Mesh | None = None
 
     def __post_init__(self) -> None:
         for j, joint in enumerate(self.joints):
@@ -95,6 +100,8 @@ class Category:
         }
         names = ("box_center", "box_size", "points", "normals", "areas", "shape_basis")
         arrays = {k: v for k in names if (v := getattr(self, k)) is not None}
+        if self.mesh is not None:
+            arrays |= {f"mesh_{k}": v for k, v in vars(self.mesh).items()}
         np.savez_compressed(path, allow_pickle=False, meta=json.dumps(meta), **arrays)
 
     @classmethod
@@ -125,4 +132,9 @@ class Category:
                 frontal_area=meta["frontal_area"],
                 size_spread=meta.get("size_spread", 0.0),
                 shape_basis=f.get("shape_basis"),
+                mesh=Mesh(
+                    vertices=f["mesh_vertices"], faces=f["mesh_faces"], part=f["mesh_part"]
+                )
+                if "mesh_faces" in f
+                else None,
             )

@@ -7,6 +7,7 @@ import contextlib
 import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
+from io import BytesIO
 from pathlib import Path
 
 import numpy as np
@@ -59,7 +60,7 @@ class Photo:
         return self.pixels.shape[0]
 
 
-ImageLike = str | Path | Image.Image | NDArray | Photo
+ImageLike = str | Path | bytes | Image.Image | NDArray | Photo
 
 
 def read_image(image: ImageLike) -> Photo:
@@ -67,8 +68,8 @@ def read_image(image: ImageLike) -> Photo:
 
     The EXIF orientation is applied. Transparent pixels are laid over white, 16 bits become 8,
     grey, palette and CMYK become RGB (colour profiles are not applied), and of an animation the
-    first frame is taken. Arrays are (H, W), (H, W, 1), (H, W, 3) or (H, W, 4): uint8, uint16, or
-    floats in [0, 1].
+    first frame is taken. ``bytes`` are the content of a file. Arrays are (H, W), (H, W, 1),
+    (H, W, 3) or (H, W, 4): uint8, uint16, or floats in [0, 1].
 
     Raises:
         InputError: The image is missing, unreadable, damaged, or above 100 megapixels (known
@@ -80,44 +81,51 @@ def read_image(image: ImageLike) -> Photo:
         return _upright_rgb(image, "the image")
     if isinstance(image, np.ndarray):
         return Photo(_rgb_from_array(image))
+    if isinstance(image, bytes):
+        if not image:
+            raise InputError("the image is empty (0 bytes); get a fresh copy")
+        return _opened(BytesIO(image), image[:12], "the image")
     path = Path(image)
-    _check_file(path)
+    return replace(_opened(path, _head(path), str(path)), path=path)
+
+
+def _opened(source: Path | BytesIO, head: bytes, name: str) -> Photo:
     # Pillow's warnings (oversized, odd metadata) would reach the user without the file's name.
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
         try:
-            opened = Image.open(path, formats=FORMATS)
+            opened = Image.open(source, formats=FORMATS)
         except Image.DecompressionBombError:
-            raise _too_large(str(path), f"more than {MAX_MEGAPIXELS}") from None
+            raise _too_large(name, f"more than {MAX_MEGAPIXELS}") from None
         except (Image.UnidentifiedImageError, KeyError):  # KeyError: Pillow built without AVIF
-            raise InputError(_not_an_image(path)) from None
+            raise InputError(_not_an_image(head, name)) from None
         except Exception as error:  # decoders raise whatever a damaged file makes them trip over
-            raise _damaged(str(path), error) from None
+            raise _damaged(name, error) from None
         with opened:
-            return replace(_upright_rgb(opened, str(path)), path=path)
+            return _upright_rgb(opened, name)
 
 
-def _check_file(path: Path) -> None:
+def _head(path: Path) -> bytes:
+    """The first bytes of a file that is there and not empty."""
     try:
         if path.is_dir():
             raise InputError(f"{path} is a folder; give an image file")
         with path.open("rb") as file:
-            empty = not file.read(1)
+            head = file.read(12)
     except FileNotFoundError:
         raise InputError(f"{path}: no such file") from None
     except (OSError, ValueError) as error:
         reason = getattr(error, "strerror", None) or error
         raise InputError(f"{path} cannot be read: {reason}") from None
-    if empty:
+    if not head:
         raise InputError(f"{path} is empty (0 bytes); get a fresh copy")
+    return head
 
 
-def _not_an_image(path: Path) -> str:
-    with path.open("rb") as file:
-        head = file.read(12)
+def _not_an_image(head: bytes, name: str) -> str:
     if head[4:8] == b"ftyp" and head[8:12] in (b"heic", b"heix", b"mif1", b"msf1"):
-        return f"{path} is a HEIC photo, which this program does not read; save it as JPEG"
-    return f"{path} is not an image; readable are {', '.join(FORMATS)}"
+        return f"{name} is a HEIC photo, which this program does not read; save it as JPEG"
+    return f"{name} is not an image; readable are {', '.join(FORMATS)}"
 
 
 def _damaged(name: str, error: Exception) -> InputError:

@@ -5,8 +5,10 @@ from dataclasses import replace
 from io import BytesIO
 
 import numpy as np
+from numpy.typing import DTypeLike
 
 from r2art.core.category import Category
+from r2art.core.mesh import Mesh
 
 POINTS = 512
 """Per part, at most."""
@@ -17,6 +19,7 @@ def to_text(category: Category, points: int = POINTS) -> str:
     keep = slice(None, None, -(-category.points.shape[1] // points))
     thin = replace(
         category,
+        mesh=category.mesh and _converted(category.mesh, np.float16, np.uint16),
         points=category.points[:, keep].astype(np.float16),
         normals=category.normals[:, keep].astype(np.float16),
     )
@@ -30,6 +33,15 @@ def from_text(text: str) -> Category:
     category = Category.load(BytesIO(b64decode(text)))
     return replace(
         category,
+        mesh=category.mesh and _converted(category.mesh, np.float32, np.int64),
         points=category.points.astype(np.float32),
         normals=category.normals.astype(np.float32),
+    )
+
+
+def _converted(mesh: Mesh, real: DTypeLike, whole: DTypeLike) -> Mesh:
+    return Mesh(
+        vertices=mesh.vertices.astype(real),
+        faces=mesh.faces.astype(whole),
+        part=mesh.part.astype(whole),
     )

@@ -9,6 +9,8 @@ from numpy.typing import NDArray
 from scipy.spatial import ConvexHull, QhullError
 
 from r2art.core.category import Category, Joint
+from r2art.core.mesh import Mesh
+from r2art.data.coarse import coarse_mesh
 from r2art.data.pose import posed_vertices, root_T_part
 from r2art.data.shape import Instance, Surface
 from r2art.data.staging import Staging, place_object
@@ -16,6 +18,8 @@ from r2art.data.staging import Staging, place_object
 FloatArray = NDArray[np.floating]
 POINTS_PER_OBJECT = 2048
 SHAPE_MODES = 8
+SAME_SIZE = 0.05
+"""Greatest difference of the logarithms of part sizes of what is the same mean object."""
 _VIEWS = 1536
 
 
@@ -25,7 +29,7 @@ def category_prior(instances: Sequence[Instance], staging: Staging) -> Category:
     Sizes are averaged in their logarithm, centres as they are, and each joint's pivot as the
     share of its child's box where it lies. Points are those of the instance nearest to the
     mean, stretched part by part into the mean boxes: as many on every part, evenly spread
-    over its area.
+    over its area. The mesh is that instance's, likewise, as few triangles.
 
     Args:
         instances: Of one category.
@@ -35,8 +39,7 @@ def category_prior(instances: Sequence[Instance], staging: Staging) -> Category:
     centers, log_sizes = np.stack([c for c, _ in boxes]), np.log([s for _, s in boxes])
     box_center, box_size = centers.mean(axis=0), np.exp(log_sizes.mean(axis=0))
     box_center[0] = 0.0
-    offset = np.abs(centers - box_center) / box_size
-    typical = int(np.argmin((np.abs(log_sizes - np.log(box_size)) + offset).sum(axis=(1, 2))))
+    typical = _typical(centers, np.exp(log_sizes), box_center, box_size)
     points, normals, areas = _surface_points(instances[typical], box_center, box_size)
     return Category(
         name=instances[0].category,
@@ -50,7 +53,34 @@ def category_prior(instances: Sequence[Instance], staging: Staging) -> Category:
         frontal_area=_frontal_area(instances, staging),
         size_spread=_size_spread(centers, np.exp(log_sizes)),
         shape_basis=shape_basis(centers, np.exp(log_sizes), box_center, box_size),
+        mesh=_mesh(instances[typical], box_center, box_size),
     )
+
+
+def with_mesh(category: Category, instances: Sequence[Instance]) -> Category:
+    """A category of before priors had meshes, with that of the instance nearest to its mean.
+
+    Args:
+        category: Unchanged where its mean object is not that of the instances.
+        instances: As many as it was averaged over, or so.
+    """
+    if instances[0].part_names != category.part_names:
+        return category
+    boxes = [instance.part_boxes() for instance in instances]
+    centers, sizes = np.stack([c for c, _ in boxes]), np.stack([s for _, s in boxes])
+    apart = np.abs(np.log(sizes).mean(axis=0) - np.log(category.box_size))
+    if apart.max() > SAME_SIZE:
+        return category
+    mean = category.box_center, category.box_size
+    return replace(category, mesh=_mesh(instances[_typical(centers, sizes, *mean)], *mean))
+
+
+def _typical(
+    centers: FloatArray, sizes: FloatArray, box_center: FloatArray, box_size: FloatArray
+) -> int:
+    """The one of N objects with (N, P, 3) part boxes that is nearest to the mean."""
+    offset = np.abs(centers - box_center) / box_size
+    return int(np.argmin((np.abs(np.log(sizes / box_size)) + offset).sum(axis=(1, 2))))
 
 
 def _mean_joints(
@@ -101,6 +131,14 @@ def _size_spread(centers: FloatArray, sizes: FloatArray) -> float:
     """Standard deviation of the logarithm of the instances' diagonals at rest."""
     lower, upper = (centers - sizes / 2).min(axis=1), (centers + sizes / 2).max(axis=1)
     return float(np.log(np.linalg.norm(upper - lower, axis=-1)).std())
+
+
+def _mesh(instance: Instance, box_center: FloatArray, box_size: FloatArray) -> Mesh:
+    """An instance stretched into the boxes, as few triangles."""
+    mesh = coarse_mesh(instance.parts)
+    center, size = instance.part_boxes()
+    offset = (mesh.vertices - center[mesh.part]) * (box_size / size)[mesh.part]
+    return replace(mesh, vertices=box_center[mesh.part] + offset)
 
 
 def _surface_points(

@@ -106,10 +106,12 @@ class Batches:
         return self.backdrops[torch.arange(len(self.backdrops)) % OTHERS_HELD_OUT != 0]
 
     def turn(self, step: int) -> str:
-        """Whose crops a step sees: a category gets turns in proportion to its parts."""
-        turns = [n for n, photos in self.photos.items() for _ in photos.category.part_names]
+        """Whose crops a step sees: by the recipe, or in proportion to a category's parts."""
+        given = self.recipe.turns
+        turns = [given.get(n, len(p.category.part_names)) for n, p in self.photos.items()]
         key = np.random.SeedSequence((self.recipe.seed, step, 1 << 32))
-        return turns[np.random.default_rng(key).integers(len(turns))]
+        name = np.random.default_rng(key).choice(list(self.photos), p=np.divide(turns, sum(turns)))
+        return str(name)
 
 
 def _joined(parts: Sequence[Some]) -> Some:

@@ -19,9 +19,13 @@ from torch import Tensor, nn
 
 from r2art.core import prior_text
 from r2art.core.category import Category
+from r2art.data.categories import CATEGORIES
+from r2art.data.objects import Procedural
+from r2art.data.prior import with_mesh
 from r2art.data.shards import write_atomically
 from r2art.learn import checkpoint
 from r2art.learn.augment import CROP_MARGIN
+from r2art.learn.exported import read_model
 from r2art.method.estimate import estimate, within_limits
 from r2art.method.outputs import Network
 
@@ -159,11 +163,43 @@ def store_half(model: onnx.ModelProto, least: int = 4096) -> onnx.ModelProto:
     return stored
 
 
+def complete(category: Category) -> Category:
+    """A category with its mesh, as far as one can be made.
+
+    Data sets of before priors had meshes lack them; where the category is one that r2art makes,
+    its objects can be made again.
+    """
+    if category.mesh is not None or category.name not in CATEGORIES:
+        return category
+    return with_mesh(category, list(Procedural(category.name).typical()))
+
+
+def completed(model: onnx.ModelProto) -> onnx.ModelProto:
+    """The same model with complete priors of its categories."""
+    result = onnx.ModelProto()
+    result.CopyFrom(model)
+    meta = next(m for m in result.metadata_props if m.key == "r2art")
+    about = json.loads(meta.value)
+    for described in about["categories"]:
+        if text := described.get("prior"):
+            described["prior"] = prior_text.to_text(complete(prior_text.from_text(text)))
+    meta.value = json.dumps(about)
+    return result
+
+
 def export(run: Path, out: Path) -> None:
-    """Write the averaged network of a run as ``out``."""
+    """Write the averaged network of a run as ``out``.
+
+    Args:
+        run: Of training; or a model file, which is written again with complete priors.
+        out: The model file.
+    """
+    if run.is_file():
+        write_atomically(out, completed(read_model(run)).SerializeToString())
+        return
     network, facts = checkpoint.load_network(run)
     facts = {"recipe": facts["recipe"], "data": facts["data"]}
-    categories = tuple(Category.load(run / f"{name}.npz") for name in network.names)
+    categories = tuple(complete(Category.load(run / f"{name}.npz")) for name in network.names)
     model = store_half(to_onnx(network, facts, categories))
     onnx.checker.check_model(model)
     write_atomically(out, model.SerializeToString())

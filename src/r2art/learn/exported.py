@@ -67,7 +67,7 @@ def load_exported(network: R2ArtNet, path: Path, inputs: Sequence[Any]) -> None:
 
 def facts(path: Path) -> dict[str, Any]:
     """What a model file says of its own making, and its SHA-256."""
-    model = _read(path)
+    model = read_model(path)
     about = json.loads(next(m.value for m in model.metadata_props if m.key == "r2art"))
     digest = hashlib.sha256(path.read_bytes()).hexdigest()
     return {"model": path.name, "sha256": digest, **about["trained"]}
@@ -78,7 +78,12 @@ def _is_shared(key: str) -> bool:
     return not key.startswith(own) and not key.endswith("num_batches_tracked")
 
 
-def _read(path: Path) -> onnx.ModelProto:
+def read_model(path: Path) -> onnx.ModelProto:
+    """A file of `r2art export`.
+
+    Raises:
+        ModelError: It is none.
+    """
     try:
         model = onnx.load(path)
     except (OSError, DecodeError, ValueError) as error:
@@ -94,7 +99,7 @@ def _tensors(path: Path) -> dict[str, Tensor]:
         t.name.removeprefix(PREFIX).removesuffix(HALF): torch.from_numpy(
             numpy_helper.to_array(t).astype(np.float32)
         )
-        for t in _read(path).graph.initializer
+        for t in read_model(path).graph.initializer
         if t.name.startswith(PREFIX)
     }
 

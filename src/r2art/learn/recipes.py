@@ -32,6 +32,8 @@ class Recipe:
         steps: Optimiser steps.
         epochs: Passes over the crops of all data, instead of ``steps``.
         crops: Crops per step, all of one category, and ...
+        turns: How often a category has its turn with the crops, relative to others; its number of
+            parts where not named.
         photos: ... whole photos per step, of all categories, of every share.
         others: Pictures per step, of every share, that show no known object.
         shares: Shares of a step's batch that each process takes.
@@ -62,6 +64,7 @@ class Recipe:
     steps: int = 4450
     epochs: int | None = None
     crops: int = 32
+    turns: Mapping[str, float] = field(default_factory=dict)
     photos: int = 8
     others: int = 0
     shares: int = 1

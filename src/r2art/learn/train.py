@@ -135,6 +135,8 @@ def train(job: Training) -> None:
     device, is_main = accelerator.device, accelerator.is_main_process
     photos = load_photos(job.data)
     recipe = job.recipe.for_photos(sum(map(len, photos.values())), accelerator.num_processes)
+    if odd := sorted(recipe.turns.keys() - photos.keys()):
+        raise UsageError(f"turns are given to {', '.join(odd)}, of which there is no data")
     torch.manual_seed(recipe.seed)
     backdrops = load_backdrops(job.backgrounds)
     batches = Batches(recipe, photos, backdrops, device, accelerator.process_index)

@@ -5,7 +5,7 @@ import glob
 import os
 import tempfile
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from r2art.core.errors import InputError, UsageError
@@ -14,6 +14,7 @@ SUFFIXES = frozenset(
     {".jpg", ".jpeg", ".png", ".webp", ".avif", ".tif", ".tiff", ".bmp", ".gif", ".ppm", ".jp2"}
 )
 OVERLAY = ".overlay.png"
+PREDICTIONS = frozenset({".json", ".jsonl"})
 
 
 def find_images(pattern: str) -> list[Path]:
@@ -26,16 +27,29 @@ def find_images(pattern: str) -> list[Path]:
     Raises:
         InputError: A folder or glob holds no image.
     """
+    return _find(pattern, _looks_like_image, "images")
+
+
+def find_predictions(pattern: str) -> list[Path]:
+    """The same for predictions: files named ``.json``, or ``.jsonl`` with one on each line.
+
+    Raises:
+        InputError: A folder or glob holds no such file.
+    """
+    return _find(pattern, lambda path: path.suffix.lower() in PREDICTIONS, "predictions")
+
+
+def _find(pattern: str, wanted: Callable[[Path], bool], what: str) -> list[Path]:
     path = Path(pattern)
     if path.is_dir():
-        found = [p for p in sorted(path.iterdir()) if _looks_like_image(p)]
+        found = [p for p in sorted(path.iterdir()) if wanted(p)]
         if not found:
-            raise InputError(f"no images in the folder {pattern}")
+            raise InputError(f"no {what} in the folder {pattern}")
         return found
     if not path.exists() and glob.has_magic(pattern):
         names = sorted(glob.glob(os.path.expanduser(pattern), recursive=True))
-        if not (found := [Path(n) for n in names if _looks_like_image(Path(n))]):
-            raise InputError(f"no images match {pattern}")
+        if not (found := [Path(n) for n in names if wanted(Path(n))]):
+            raise InputError(f"no {what} match {pattern}")
         return found
     return [path]
 

@@ -149,7 +149,7 @@ class Predictor:
 
         if source == "guessed":
             camera, posed = best_camera(view, photo.width, photo.height, box_in_view, pose)
-            warnings = (_guess_doubt(camera), *warnings)
+            warnings = (guess_doubt(camera), *warnings)
         else:
             posed = pose(view)
         parts = _parts(known, posed)
@@ -255,7 +255,8 @@ def choose_camera(photo: Photo, given: Camera | None) -> tuple[Camera, CameraSou
     return next(cameras(width, height)), "guessed"
 
 
-def _guess_doubt(camera: Camera) -> str:
+def guess_doubt(camera: Camera) -> str:
+    """The warning that goes with a guessed camera."""
     fov = 2 * np.degrees(np.arctan(max(camera.width, camera.height) / 2 / camera.fx))
     return (
         f"the photo tells no focal length: guessed a field of view of {fov:.0f}° across the longer "

@@ -14,10 +14,10 @@ from rich.text import Text
 from r2art.core.legend import state_text
 from r2art.core.prediction import Prediction
 
-STYLES = {"error": "bold red", "warning": "yellow", "written": "green"}
+STYLES = {"error": "bold red", "rejected": "red", "warning": "yellow", "written": "green"}
 
 
-def say(kind: Literal["error", "warning", "written"], text: str) -> None:
+def say(kind: Literal["error", "rejected", "warning", "written"], text: str) -> None:
     """Print one line to stderr, above a progress bar if there is one."""
     line = Text.assemble((f"{kind}:", STYLES[kind]), " ", text)
     _stderr().print(line, soft_wrap=True)

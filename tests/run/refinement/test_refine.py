@@ -94,6 +94,7 @@ def a_pose(body, count: int = 1, seed: int = 0) -> Pose:
         anchor=np.array([0.02, 0.04, 1.0]) + 0.02 * rng.normal(size=(count, 3)),
         joint_state=low + (high - low) * rng.uniform(0.4, 0.8, (count, len(low))),
         log_scale=np.zeros((count, *body.center.shape)),
+        border=np.zeros(count),
     )
 
 
@@ -143,7 +144,7 @@ def refined(bodies, start: Pose, masks, **options):
 def off(body, pose: Pose, *, turn=0.3, depth=0.1, joints=0.2, place=0.02) -> Pose:
     root = [*(turn * np.array([0.6, -0.7, 0.4])), place, -place, math.log(1 + depth)]
     span = (body.limits[:, 1] - body.limits[:, 0]) * joints
-    return moved(body, pose, np.array([[*root, *(span * [1, -1])]]))
+    return moved(body, pose, np.array([[*root, *(span * [1, -1]), 0.0]]))
 
 
 @pytest.mark.parametrize("scale", [False, True])

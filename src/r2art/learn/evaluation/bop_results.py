@@ -8,7 +8,8 @@ compares with models of the category's mean object; ours are stretched to each i
 import re
 from collections.abc import Iterator
 
-from r2art.data.bop import MM, PER_SCENE
+from r2art.core.bop import RESULTS, result_rows
+from r2art.data.bop import PER_SCENE
 from r2art.learn.evaluation.evaluate import Mode, Report
 from r2art.learn.evaluation.tables import csv_text
 
@@ -21,21 +22,13 @@ def bop_name(report: Report, method: str) -> str:
 
 def bop_csv(report: Report, mode: Mode) -> str:
     """The rows of all photos that were predicted, and taken for the right category."""
-    return csv_text(
-        [("scene_id", "im_id", "obj_id", "score", "R", "t", "time"), *_rows(report, mode)]
-    )
+    return csv_text([RESULTS, *_rows(report, mode)])
 
 
 def _rows(report: Report, mode: Mode) -> Iterator[tuple[object, ...]]:
     each = zip(report.indices, mode.predictions, mode.scores.seconds, strict=True)
     for index, prediction, seconds in each:
-        if prediction is None or prediction.category != report.category.name:
-            continue
-        for number, part in enumerate(prediction.parts, start=1):
-            R, t = part.cam_T_part[:3, :3], MM * part.cam_T_part[:3, 3]
-            yield (
-                *(index // PER_SCENE, index % PER_SCENE, number, f"{part.confidence:.6f}"),
-                " ".join(f"{v:.9f}" for v in R.ravel()),
-                " ".join(f"{v:.6f}" for v in t),
-                f"{seconds:.6f}",
+        if prediction is not None and prediction.category == report.category.name:
+            yield from result_rows(
+                prediction, index // PER_SCENE, index % PER_SCENE, float(seconds)
             )

@@ -2,7 +2,7 @@
 
 NumPy alone. Letters: S starts, P parts, J joints, M points per part, D degrees of freedom:
 rotation (3, rad, about the anchor, camera axes), the anchor's x/z, y/z and log z, joint states
-(J), and optionally part log-scales (3 P). Metres, OpenCV camera axes.
+(J), how far masks reach beyond the object (1), and optionally part log-scales (3 P). Metres, OpenCV camera axes.
 """
 
 from collections.abc import Sequence
@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from r2art.core.category import Category
+from r2art.run.refinement.shell import Shell, shell_of
 
 FloatArray = NDArray[np.floating]
 IMAGE_FREEDOM = 6
@@ -35,6 +36,7 @@ class Body:
         points: (P, 3, M) on the surface (m), in an order of which every beginning is spread, too.
         patches: (P, 3, M) unit normals times the surface (m²) that each point stands for.
         tips: (P, 3, V) points where the parts reach farthest, for their outlines.
+        shell: Its surface as triangles, where the category has them.
     """
 
     parent: tuple[int, ...]
@@ -47,6 +49,7 @@ class Body:
     points: FloatArray
     patches: FloatArray
     tips: FloatArray
+    shell: Shell | None = None
 
     @property
     def anchor(self) -> FloatArray:
@@ -61,7 +64,12 @@ class Body:
 
     @property
     def freedom(self) -> int:
-        """Degrees of freedom of root and joints."""
+        """Degrees of freedom but for the parts' scales."""
+        return self.border + 1
+
+    @property
+    def border(self) -> int:
+        """The degree of freedom by which masks reach beyond the object."""
         return IMAGE_FREEDOM + len(self.parent)
 
     def moves(self, joint: int, part: int) -> bool:
@@ -92,12 +100,17 @@ class Body:
             points=box_center[..., None] + scale[..., None] * self.local,
             patches=patches,
             tips=box_center[..., None] + scale[..., None] * (self.tips - self.center[..., None]),
+            shell=self.shell and self.shell.stretched(self.center, box_center, scale),
         )
 
     def outlined(self) -> "Body":
         """The tips alone, with a few hundred of the points, as a body without surface."""
         points = np.concatenate([self.tips, self.points[..., :OUTLINE_POINTS]], axis=-1)
-        return replace(self, points=points, patches=0 * points)
+        return replace(self, points=points, patches=self.patches[..., :0], shell=None)
+
+    def hollow(self) -> "Body":
+        """The body without its points."""
+        return replace(self, points=self.points[..., :0], patches=self.patches[..., :0])
 
 
 def body_of(category: Category, vertices: Sequence[FloatArray] | None = None) -> Body:
@@ -119,6 +132,8 @@ def body_of(category: Category, vertices: Sequence[FloatArray] | None = None) ->
     spacing = 1.2 * np.sqrt(np.asarray(category.areas, float) / points.shape[1])
     boxes = zip(points, category.box_center, category.box_size, spacing, strict=True)
     tips = [_corners(*box) for box in boxes] if vertices is None else map(extremes, vertices)
+    if (mesh := category.mesh) is not None:
+        tips = [extremes(mesh.vertices[mesh.part == p]) for p in range(len(points))]
     return Body(
         parent=tuple(j.parent for j in joints),
         prismatic=np.array([j.kind == "prismatic" for j in joints], bool),
@@ -130,6 +145,7 @@ def body_of(category: Category, vertices: Sequence[FloatArray] | None = None) ->
         points=points.transpose(0, 2, 1).copy(),
         patches=(normals * areas).transpose(0, 2, 1).copy(),
         tips=_even(list(tips)).transpose(0, 2, 1).copy(),
+        shell=category.mesh and shell_of(category.mesh),
     )
 
 

@@ -41,7 +41,7 @@ class Problem:
         """(D,) how much of each degree of freedom is much."""
         extent = np.linalg.norm(self.body.size[0])
         result = np.ones(len(self.precision))
-        result[IMAGE_FREEDOM : self.body.freedom][self.body.prismatic] = extent
+        result[IMAGE_FREEDOM : self.body.border][self.body.prismatic] = extent
         return result
 
     def system(self, pose: Pose) -> tuple[FloatArray, FloatArray, FloatArray]:
@@ -87,7 +87,7 @@ def _step(
     problem: Problem, pose: Pose, gradient: FloatArray, hessian: FloatArray, damping: FloatArray
 ) -> FloatArray:
     """(S, D) the damped Gauss-Newton step; joints at a limit do not push against it."""
-    joints = slice(IMAGE_FREEDOM, problem.body.freedom)
+    joints = slice(IMAGE_FREEDOM, problem.body.border)
     low, high = problem.body.limits.T
     inward = np.sign(gradient[:, joints])
     stuck = (pose.joint_state <= low) & (inward > 0) | (pose.joint_state >= high) & (inward < 0)

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from r2art.run.refinement.body import Body
-from r2art.run.refinement.pose import Pose, derivatives, posed
+from r2art.run.refinement.pose import Place, Pose, motions, posed
 from r2art.run.refinement.silhouettes import NEAR
 
 FloatArray = NDArray[np.floating]
@@ -101,29 +101,30 @@ def _grown(pixels: NDArray[np.bool_]) -> NDArray[np.bool_]:
 def reach_errors(
     body: Body, pose: Pose, wanted: Outline, *, scale: bool
 ) -> tuple[FloatArray, FloatArray]:
-    """(S, I K) the body's reach less the masks', and its (S, D, I K) derivatives.
+    """(S, I K) the body's reach and border less the masks', and its (S, D, I K) derivatives.
 
     Where an object may reach farther than its mask, only reaching less far is an error.
     """
     at = posed(body, pose)
     S, P, _, M = at.points.shape
+    images, count = wanted.reach.shape
     z = np.maximum(at.points[:, :, 2], NEAR)
     along = wanted.directions @ (at.points[:, :, :2] / z[:, :, None])
-    if len(wanted.reach) == 1:
-        along = along.transpose(0, 2, 1, 3).reshape(S, 1, -1, P * M)
+    if images == 1:
+        along = along.transpose(0, 2, 1, 3).reshape(S, 1, count, P * M)
     farthest = along.argmax(axis=-1)
     error = np.take_along_axis(along, farthest[..., None], -1)[..., 0] - wanted.reach
-    by_points, _ = derivatives(body, pose, at, scale=scale)
-    images, count = wanted.reach.shape
-    part = (
-        farthest // M if images == 1 else np.broadcast_to(np.arange(P)[:, None], (S, images, count))
-    )
+    error += pose.border[:, None, None]
+    part = farthest // M if images == 1 else np.arange(P)[:, None]
+    part = np.broadcast_to(part, farthest.shape)
     start, point = np.arange(S)[:, None, None], farthest % M
     x = at.points[start, part, :, point]
-    moves = by_points[start, part, :, :, point]
+    place = Place(start=start, part=part, rest=body.points[part, :, point])
+    moves = motions(body, pose, at, place, x, scale=scale)
     distance = np.maximum(x[..., 2], NEAR)
     by_xy = moves[..., :2] - (x[..., None, :2] / distance[..., None, None]) * moves[..., 2:]
     slopes = (by_xy * wanted.directions[:, None]).sum(axis=-1) / distance[..., None]
+    slopes[..., body.border] = 1.0
     counts = (wanted.told > 0) | (error < 0) & np.isfinite(error)
     error, slopes = np.where(counts, error, 0.0), slopes * counts[..., None]
     return error.reshape(S, -1), slopes.reshape(S, images * count, -1).transpose(0, 2, 1)

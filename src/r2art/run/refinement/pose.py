@@ -22,12 +22,14 @@ class Pose:
         anchor: (S, 3) place (m) of `Body.anchor` in the camera frame.
         joint_state: (S, J) rad, m.
         log_scale: (S, P, 3) logarithm of each part's scale, relative to the body.
+        border: (S,) how far masks reach beyond the object all round, in x/z and y/z.
     """
 
     rotation: FloatArray
     anchor: FloatArray
     joint_state: FloatArray
     log_scale: FloatArray
+    border: FloatArray
 
     def pick(self, which: NDArray[np.integer]) -> "Pose":
         """Some of the starts."""
@@ -42,6 +44,7 @@ def pose_of(body: Body, cam_T_root: FloatArray, joint_state: FloatArray) -> Pose
         anchor=(rotation @ body.anchor + np.asarray(cam_T_root, float)[:3, 3])[None],
         joint_state=np.asarray(joint_state, float)[None],
         log_scale=np.zeros((1, *body.center.shape)),
+        border=np.zeros(1),
     )
 
 
@@ -49,14 +52,14 @@ def moved(body: Body, pose: Pose, step: FloatArray) -> Pose:
     """The pose after a step of (S, D); joints stay within their limits."""
     z = pose.anchor[:, 2:] * np.exp(step[:, 5:6])
     xy = pose.anchor[:, :2] / pose.anchor[:, 2:] + step[:, 3:5]
-    J = len(body.parent)
-    state = pose.joint_state + step[:, 6 : 6 + J]
-    scale = step[:, 6 + J :].reshape(len(step), -1, 3)
+    state = pose.joint_state + step[:, IMAGE_FREEDOM : body.border]
+    scale = step[:, body.freedom :].reshape(len(step), -1, 3)
     return Pose(
         rotation=rotation_of(step[:, :3]) @ pose.rotation,
         anchor=np.concatenate([xy * z, z], axis=-1),
         joint_state=np.clip(state, body.limits[:, 0], body.limits[:, 1]),
         log_scale=pose.log_scale + (scale if scale.size else 0),
+        border=pose.border + step[:, body.border],
     )
 
 
@@ -69,6 +72,7 @@ def difference(body: Body, pose: Pose, other: Pose, *, scale: bool) -> FloatArra
         position[0] - position[1],
         log_z,
         pose.joint_state - other.joint_state,
+        (pose.border - other.border)[:, None],
     ]
     if scale:
         parts.append((pose.log_scale - other.log_scale).reshape(len(log_z), -1))
@@ -156,6 +160,71 @@ def posed(body: Body, pose: Pose) -> Posed:
     )
 
 
+@dataclass(frozen=True, kw_only=True)
+class Place:
+    """Some points of the body, N of any shape.
+
+    Attributes:
+        start: (N) whose pose each has.
+        part: (N) that it is on.
+        rest: (N, 3) where it is at rest, before the part is scaled (m).
+    """
+
+    start: NDArray[np.integer]
+    part: NDArray[np.integer]
+    rest: FloatArray
+
+    def pick(self, which: NDArray[np.integer]) -> "Place":
+        """Some of them, by their first index."""
+        return Place(start=self.start[which], part=self.part[which], rest=self.rest[which])
+
+    def seen(self, body: Body, pose: Pose, at: Posed) -> FloatArray:
+        """(N, 3) where they are in the camera frame (m)."""
+        start, part = self.start, self.part
+        at_rest = self.rest
+        if pose.log_scale.any():
+            scale = np.exp(pose.log_scale)
+            at_rest = (
+                scale[start, 0] * body.center[part]
+                + scale[start, part] * (self.rest - body.center[part])
+            )
+        turned = (at.rotation[start, part] @ at_rest[..., None])[..., 0]
+        return turned + at.translation[start, part]
+
+
+def motions(
+    body: Body, pose: Pose, at: Posed, place: Place, x: FloatArray, *, scale: bool
+) -> FloatArray:
+    """(N, D, 3) how points now at (N, 3) ``x`` move with every degree of freedom."""
+    start, part = place.start, place.part
+    P = len(body.center)
+    by = np.zeros((*x.shape[:-1], body.freedom + (3 * P if scale else 0), 3))
+    anchor = pose.anchor[start]
+    arm = x - anchor
+    for axis in range(3):
+        after, last = (axis + 1) % 3, (axis + 2) % 3
+        by[..., axis, after] = -arm[..., last]
+        by[..., axis, last] = arm[..., after]
+    by[..., 3, 0] = by[..., 4, 1] = anchor[..., 2]
+    by[..., 5, :] = anchor
+    for j in range(len(body.parent)):
+        carried = np.array([body.moves(j, p) for p in range(P)])[part]
+        motion = at.axis[:, j][start]
+        if not body.prismatic[j]:
+            motion = _crossed(motion, x - at.pivot[:, j][start])
+        by[..., IMAGE_FREEDOM + j, :] = motion * carried[..., None]
+    if scale:
+        size = np.exp(pose.log_scale)
+        local = (place.rest - body.center[part]) * size[start, part]
+        along = at.rotation[start, part].swapaxes(-1, -2) * local[..., None]
+        by[..., body.freedom :, :] = _shifts(body, pose, at)[start, part]
+        for axis in range(3):
+            own = body.freedom + 3 * part + axis
+            moved_by = np.take_along_axis(by, own[..., None, None], -2) + along[..., axis : axis + 1, :]
+            np.put_along_axis(by, own[..., None, None], moved_by, -2)
+    return by
+
+
 def derivatives(body: Body, pose: Pose, at: Posed, *, scale: bool) -> tuple[FloatArray, FloatArray]:
     """(S, P, D, 3, M) how points and patches move with every degree of freedom."""
     S, P, _, M = at.points.shape
@@ -189,8 +258,9 @@ def derivatives(body: Body, pose: Pose, at: Posed, *, scale: bool) -> tuple[Floa
 def _add_scale_derivatives(
     body: Body, pose: Pose, at: Posed, by_points: FloatArray, by_patches: FloatArray
 ) -> None:
-    """A part's scale stretches it and shifts its joint's pivot; the root's shifts all centres."""
+    """A part's scale stretches it, and shifts it and others."""
     scale = np.exp(pose.log_scale)
+    by_points[:, :, body.freedom :] += _shifts(body, pose, at)[..., None]
     for part in range(len(body.center)):
         for axis in range(3):
             d = body.freedom + 3 * part + axis
@@ -199,7 +269,19 @@ def _add_scale_derivatives(
             by_points[:, part, d] += along * (size * body.local[part, axis])[:, None]
             inside = at.rotation[:, part, :, axis][:, None] @ at.patches[:, part]
             by_patches[:, part, d] += at.patches[:, part] - along * inside
-            for p in range(len(body.center)):
+
+
+def _shifts(body: Body, pose: Pose, at: Posed) -> FloatArray:
+    """(S, P, 3 P, 3) how parts are shifted by the logarithm of each part's scale: the root's
+    shifts all centres, every part's own the pivot of its joint.
+    """
+    scale = np.exp(pose.log_scale)
+    P = len(body.center)
+    result = np.zeros((len(scale), P, 3 * P, 3))
+    for part in range(P):
+        for axis in range(3):
+            size = scale[:, part, axis, None]
+            for p in range(P):
                 shift = np.zeros((len(size), 3))
                 if part == 0:
                     shift += at.rotation[:, p, :, axis] * (size * body.center[p, axis])
@@ -210,11 +292,21 @@ def _add_scale_derivatives(
                     moves = (part == 0) * body.center[j + 1, axis] + (part == j + 1) * offset
                     bent = at.rotation[:, parent, :, axis] - at.rotation[:, j + 1, :, axis]
                     shift += bent * (size * moves)
-                by_points[:, p, d] += shift[..., None]
+                result[:, p, 3 * part + axis] = shift
+    return result
+
+
+def _crossed(a: FloatArray, b: FloatArray) -> FloatArray:
+    """``a × b`` of (..., 3)."""
+    return np.stack(_components(a[..., 0], a[..., 1], a[..., 2], b[..., 0], b[..., 1], b[..., 2]), -1)
 
 
 def _cross(a: FloatArray, b: FloatArray) -> FloatArray:
     """``a × b`` of (S, 3, 1) and (S, 3, M)."""
-    x, y, z = b[:, 0], b[:, 1], b[:, 2]
-    p, q, r = a[:, 0], a[:, 1], a[:, 2]
-    return np.stack([q * z - r * y, r * x - p * z, p * y - q * x], axis=1)
+    return np.stack(_components(a[:, 0], a[:, 1], a[:, 2], b[:, 0], b[:, 1], b[:, 2]), axis=1)
+
+
+def _components(
+    p: FloatArray, q: FloatArray, r: FloatArray, x: FloatArray, y: FloatArray, z: FloatArray
+) -> list[FloatArray]:
+    return [q * z - r * y, r * x - p * z, p * y - q * x]

@@ -21,6 +21,7 @@ from numpy.typing import NDArray
 from r2art.core.category import Category
 from r2art.core.errors import InputError, UsageError
 from r2art.run.refinement.body import IMAGE_FREEDOM, Body, body_of
+from r2art.run.refinement.coverage import coverage_errors
 from r2art.run.refinement.descent import Measure, Problem, descend
 from r2art.run.refinement.outline import Outline, outline, reach_errors
 from r2art.run.refinement.pose import Pose, pose_of, rotation_of
@@ -38,6 +39,8 @@ STRETCHES = 16
 """Independent stretches of an outline: how often a mask measures how far off it is."""
 EDGE = 0.35
 """Square residual of a silhouette that is a pixel off, per pixel of its outline."""
+BORDERS = 3
+"""Pixels by which masks are made wider and narrower."""
 GRAIN = 0.03
 """Standard deviation of a rendered outline, of points drawn at random (share of the size)."""
 
@@ -53,6 +56,8 @@ class Uncertainty:
         joint: Of each joint's state, as a share of its range.
         log_scale: Of the logarithm of each part's size along x, y, z; 0 holds the shape.
         outline: Of the masks' outline and of the object's (share of its size in the image).
+        border: Of how far masks reach beyond the object, or fall short of it, by the same all
+            round (share likewise); 0 where they are not wrong in this way.
     """
 
     rotation: float = 0.2
@@ -61,18 +66,20 @@ class Uncertainty:
     joint: float = 0.15
     log_scale: float = 0.0
     outline: float = 0.01
+    border: float = 0.0
 
     def __post_init__(self) -> None:
         for name, value in vars(self).items():
-            if not (value > 0 or (name == "log_scale" and value == 0)):
+            if not (value > 0 or (name in ("log_scale", "border") and value == 0)):
                 raise UsageError(f"the uncertainty of {name} is {value}; it must be positive")
 
-    def deviations(self, body: Body) -> FloatArray:
-        """(D,) of every degree of freedom."""
+    def deviations(self, body: Body, extent: float) -> FloatArray:
+        """(D,) of every degree of freedom, of an object of ``extent`` in x/z."""
         span = np.maximum(body.limits[:, 1] - body.limits[:, 0], 1e-3)
         root = [self.rotation] * 3 + [self.place] * 2 + [self.log_depth]
         scale = [self.log_scale] * body.center.size if self.log_scale > 0 else []
-        return np.concatenate([root, self.joint * span, scale])
+        border = self.border * extent if self.border > 0 else 1.0
+        return np.concatenate([root, self.joint * span, [border], scale])
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -104,6 +111,8 @@ def resolutions(
 ) -> tuple[Body, ...]:
     """A category's mean object as each resolution needs it, see `body_of`. Slow; keep it."""
     body = body_of(category, vertices)
+    if body.shell is not None:
+        return (body.hollow(),) * len(POINTS)
     return tuple(body.thinned(count) for count in POINTS.values())
 
 
@@ -188,6 +197,7 @@ def spread(body: Body, estimate: Pose, uncertainty: Uncertainty, count: int) -> 
         anchor=np.repeat(estimate.anchor, count, axis=0),
         joint_state=state,
         log_scale=np.repeat(estimate.log_scale, count, axis=0),
+        border=np.repeat(estimate.border, count),
     )
 
 
@@ -213,9 +223,13 @@ def _problems(
     tips = bodies[0].outlined()
     box = outline(masks.max(axis=0)[None], known.min(axis=0)[None], K, 4)
     around = outline(masks, known, K, DIRECTIONS)
-    levels = pyramid(masks, known, K, box.corners, tuple(list(POINTS)[k] for k in rendered))
-    deviations = sure.deviations(tips)
+    soft = bodies[0].shell is None
+    sizes = tuple(list(POINTS)[k] for k in rendered)
+    borders = BORDERS if sure.border > 0 else 0
+    levels = pyramid(masks, known, K, box.corners, sizes, soft=soft, borders=borders)
+    deviations = sure.deviations(tips, box.extent)
     whole = np.ones(len(deviations), bool)
+    whole[tips.border] = sure.border > 0
     place = np.zeros(len(deviations), bool)
     place[3:IMAGE_FREEDOM] = True
 
@@ -230,6 +244,14 @@ def _problems(
 
     def pixels(body: Body, level: Level) -> Measure:
         outlines = reach(around)
+        if body.shell is not None:
+            sharp = np.sqrt(STRETCHES / (4 * level.side)) / (sure.outline * level.side)
+
+            def exact(pose: Pose) -> tuple[FloatArray, FloatArray]:
+                error, slopes = coverage_errors(body, pose, level, scale=scale)
+                return sharp * error, sharp * slopes
+
+            return exact
         firmness = np.sqrt(STRETCHES / (EDGE * 4 * level.side)) / (GRAIN * level.side)
 
         def measure(pose: Pose) -> tuple[FloatArray, FloatArray]:

@@ -34,25 +34,53 @@ class Level:
     Attributes:
         focal: fx, fy (px) of the window's camera at this resolution.
         center: cx, cy (px), likewise.
-        share: (I, G, G) mask, spread by the kernel.
+        shares: (2 Q + 1, I, G, G) mask, spread by the kernel where points are rendered, and made
+            wider and narrower all round: by −Q to Q times ``border``.
+        border: A pixel of the masks, in x/z.
         weight: (I, G, G) 0 where the mask is not known.
         side: Of the mask's box (px), the mean of width and height.
     """
 
     focal: FloatArray
     center: FloatArray
-    share: FloatArray
+    shares: FloatArray
+    border: float
     weight: FloatArray
     side: float
 
     @property
     def size(self) -> int:
         """G."""
-        return self.share.shape[-1]
+        return self.shares.shape[-1]
+
+    @property
+    def images(self) -> int:
+        """I."""
+        return self.shares.shape[1]
+
+    def wanted(self, border: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """(S, I, G, G) the object's silhouettes, if masks reach beyond it by (S,) ``border``,
+        and the derivatives of the masks by it, with their sign turned.
+        """
+        most = len(self.shares) // 2
+        if most == 0:
+            return np.repeat(self.shares, len(border), 0), np.zeros((len(border), *self.weight.shape))
+        at = np.clip(most - border / self.border, 0, 2 * most - 1e-9)
+        low = at.astype(np.intp)
+        rest = (at - low)[:, None, None, None]
+        step = self.shares[low + 1] - self.shares[low]
+        return self.shares[low] + rest * step, step / self.border
 
 
 def pyramid(
-    masks: FloatArray, known: FloatArray, K: FloatArray, box: FloatArray, sizes: tuple[int, ...]
+    masks: FloatArray,
+    known: FloatArray,
+    K: FloatArray,
+    box: FloatArray,
+    sizes: tuple[int, ...],
+    *,
+    soft: bool,
+    borders: int = 0,
 ) -> list[Level]:
     """The window around ``box`` of (I, H, W) masks at several resolutions.
 
@@ -62,7 +90,11 @@ def pyramid(
         K: (3, 3) intrinsics of the masks.
         box: ``x1 y1 x2 y2`` around what is set, in normalised image coordinates.
         sizes: G of every level.
+        soft: Whether to spread masks as points are.
+        borders: Q.
     """
+    grown = _grown(masks, known, borders)
+    pixel = 1 / float(np.sqrt(K[0, 0] * K[1, 1]))
     box = box * np.tile([K[0, 0], K[1, 1]], 2) + np.tile(K[:2, 2], 2)
     extent = box[2:] - box[:2]
     side = float(extent.max()) * (1 + 2 * MARGIN)
@@ -73,18 +105,52 @@ def pyramid(
         rows = _overlaps(corner[1], side, size, masks.shape[-2])
         columns = _overlaps(corner[0], side, size, masks.shape[-1])
         seen = rows @ known @ columns.T
-        share = rows @ (masks * known) @ columns.T / np.maximum(seen, 1e-6)
-        blur = _blur(size)
-        certain = blur @ seen @ blur.T > 0.99
+        shares = rows @ grown @ columns.T / np.maximum(seen, 1e-6)
+        certain = seen > 0.99
+        if soft:
+            blur = _blur(size)
+            certain = blur @ seen @ blur.T > 0.99
+            shares = blur @ shares @ blur.T
         result.append(
             Level(
                 focal=np.array([K[0, 0], K[1, 1]]) * scale,
                 center=(K[:2, 2] - corner) * scale,
-                share=blur @ share @ blur.T,
+                shares=shares,
+                border=pixel,
                 weight=certain.astype(float),
                 side=float(extent.mean()) * scale,
             )
         )
+    return result
+
+
+def _grown(masks: FloatArray, known: FloatArray, most: int) -> FloatArray:
+    """(2 Q + 1, I, H, W) masks, what is known of them, narrower to wider pixel by pixel.
+
+    Steps to four and to eight neighbours by turns make octagons, which are nearly round.
+    """
+
+    def steps(pixels: FloatArray) -> list[FloatArray]:
+        result = []
+        for step in range(most):
+            pixels = _widened(pixels, corners=step % 2 == 1)
+            result.append(pixels)
+        return result
+
+    wider = steps(masks * known)
+    narrower = [1 - p for p in steps((1 - masks) * known)]
+    return np.stack([*narrower[::-1], masks, *wider]) * known
+
+
+def _widened(pixels: FloatArray, *, corners: bool) -> FloatArray:
+    """(..., H, W) the greatest of each pixel and those beside it."""
+    rows = pixels.copy()
+    np.maximum(rows[..., 1:, :], pixels[..., :-1, :], out=rows[..., 1:, :])
+    np.maximum(rows[..., :-1, :], pixels[..., 1:, :], out=rows[..., :-1, :])
+    across = rows if corners else pixels
+    result = rows.copy()
+    np.maximum(result[..., 1:], across[..., :-1], out=result[..., 1:])
+    np.maximum(result[..., :-1], across[..., 1:], out=result[..., :-1])
     return result
 
 
@@ -103,17 +169,21 @@ def _blur(size: int) -> FloatArray:
     return rows / rows[size // 2].sum()
 
 
-def target(share: FloatArray, covered: FloatArray) -> FloatArray:
+def target(
+    share: FloatArray, covered: FloatArray, by_border: FloatArray
+) -> tuple[FloatArray, FloatArray]:
     """(S, I, G²) what the masks' coverage is if drawn like (S, I, G²) silhouettes.
 
     How full those are inside depends on how many layers the object has, and on how evenly its
-    points lie; ``1 − 2^(−(n mask∗kernel)²)`` takes its n from there.
+    points lie; ``1 − 2^(−(n mask∗kernel)²)`` takes its n from there. Beside it the derivative by
+    what the (S, I, G²) masks have ``by_border`` by.
     """
     square = covered**2
     total = np.maximum(square.sum(axis=-1, keepdims=True), 1e-9)
     inside = (square * covered).sum(axis=-1, keepdims=True) / total
-    layers = np.sqrt(-np.log2(1 - np.clip(inside, 0.5, 1 - 1e-4)))
-    return 1 - np.exp2(-((layers * share.reshape(1, len(share), -1)) ** 2))
+    squared = -np.log2(1 - np.clip(inside, 0.5, 1 - 1e-4))
+    passed = np.exp2(-squared * share**2)
+    return 1 - passed, 2 * np.log(2) * squared * share * passed * by_border
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -208,8 +278,10 @@ def pixel_errors(
     at = posed(body, pose)
     by_points, by_patches = derivatives(body, pose, at, scale=scale)
     seen = spots(at.points, at.patches, by_points, by_patches, level)
-    covered, slopes = silhouettes(seen, level.size, by_part=len(level.share) > 1)
-    weight = level.weight.reshape(len(level.share), -1)
-    error = (covered - target(level.share, covered)) * weight
+    covered, slopes = silhouettes(seen, level.size, by_part=level.images > 1)
+    weight = level.weight.reshape(level.images, -1)
+    share, by_border = (a.reshape(covered.shape) for a in level.wanted(pose.border))
+    wanted, slopes[:, body.border] = target(share, covered, by_border)
+    error = (covered - wanted) * weight
     S, D = slopes.shape[:2]
     return error.reshape(S, -1), (slopes * weight).reshape(S, D, -1)

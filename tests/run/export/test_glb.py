@@ -7,7 +7,7 @@ import pytest
 import trimesh
 
 from r2art.core.camera import Camera
-from r2art.run.glb import to_glb
+from r2art.run.export.glb import to_glb
 
 GLTF_T_OPENCV = np.diag([1, -1, -1, 1])
 

@@ -1,0 +1,54 @@
+"""Write what tracking says of a clip: an annotated film, JSON lines and a plot of the joints."""
+
+import io
+import json
+from pathlib import Path
+
+from r2art.run.files import write_whole
+from r2art.run.video.annotate import Annotator
+from r2art.run.video.frame import Tracked
+from r2art.run.video.plot import plot
+from r2art.run.video.writer import Film, Lines
+
+FILM, LINES, PLOT = ".tracked.mp4", ".tracked.jsonl", ".joints.png"
+
+
+def json_line(seen: Tracked, source: str) -> str:
+    """A frame as one line of JSON."""
+    return json.dumps(seen.to_dict(source), ensure_ascii=False, allow_nan=False)
+
+
+class Recorder:
+    """Writes the results of one clip, each file whole or not at all.
+
+    Args:
+        folder: Where to.
+        name: What the files are called before their endings.
+        source: The clip, as the lines name it.
+        film: Whether to write the annotated film, which needs PyAV.
+    """
+
+    def __init__(self, folder: Path, name: str, source: str, *, film: bool = True) -> None:
+        self._source = source
+        self._annotator = Annotator()
+        self._plot = folder / (name + PLOT)
+        self._lines = Lines(folder / (name + LINES))
+        self._film = Film(folder / (name + FILM)) if film else None
+
+    def add(self, seen: Tracked) -> None:
+        """One more frame."""
+        self._annotator.add(seen)
+        self._lines.add(json_line(seen, self._source))
+        if self._film is not None:
+            self._film.add(self._annotator.draw(seen), seen.time)
+
+    def finish(self) -> tuple[Path, ...]:
+        """Give the files their names, and tell them; what is done stays, whatever has happened."""
+        parts = [self._lines] if self._film is None else [self._film, self._lines]
+        kept = [part.path for part in parts if part.finish()]
+        if self._annotator.history.joints:
+            png = io.BytesIO()
+            plot(self._annotator.history).save(png, "PNG")
+            write_whole(self._plot, png.getvalue())
+            kept.append(self._plot)
+        return tuple(kept)

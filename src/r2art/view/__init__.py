@@ -1,0 +1,7 @@
+"""The viewer: photos in the browser, posed parts in 3D; see docs/viewer.md.
+
+>>> from r2art.view.server import Viewer
+>>> viewer = Viewer(r2art.load())
+>>> viewer.url
+'http://127.0.0.1:8080'
+"""
