@@ -40,7 +40,7 @@ def said(network: Network, name: str, inputs) -> list[torch.Tensor]:
     _, image, box, K, _ = inputs
     pixels = ((image[:1] + 1) * 127.5).permute(0, 2, 3, 1).round().to(torch.uint8)
     with torch.no_grad():
-        answers = Graph(network.eval())(pixels, K[:1], box[:1])
+        answers = Graph(network.eval(), network.names)(pixels, K[:1], box[:1])
     start = 2 + network.names.index(name) * len(FIELDS)
     return [answers[0], *answers[start : start + len(FIELDS)]]
 

@@ -172,18 +172,24 @@ def _turns(given: Sequence[str]) -> dict[str, float]:
 
 
 def export(
-    run: Annotated[Path, Positional, arg(metavar="RUN")], /, *, out: Path = Path("r2art.onnx")
+    run: Annotated[Path, Positional, arg(metavar="RUN")],
+    /,
+    *,
+    out: Path = Path("r2art.onnx"),
+    category: Annotated[tuple[str, ...], arg(metavar="NAME...", help_behavior_hint="")] = (),
 ) -> int:
     """Write a trained run as one self-contained ONNX file.
 
     Args:
-        run: Folder of `r2art train`.
+        run: Folder of `r2art train`; or a model file of an older r2art, to be completed with the
+            shapes of its objects.
         out: The model file, for `r2art predict --model`.
+        category: Those it shall know, where not all; the others then are nothing known to it.
     """
     from r2art.learn.export import export as write
     from r2art.run.report import say
 
-    write(run, out)
+    write(run, out, category)
     say("written", f"{out} ({out.stat().st_size / 1e6:.1f} MB)")
     return 0
 

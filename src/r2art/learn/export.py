@@ -6,6 +6,7 @@ run tier repeats no mathematics. Large weights are stored as float16 and widened
 
 import json
 import warnings
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -19,6 +20,7 @@ from torch import Tensor, nn
 
 from r2art.core import prior_text
 from r2art.core.category import Category
+from r2art.core.errors import UsageError
 from r2art.data.categories import CATEGORIES
 from r2art.data.objects import Procedural
 from r2art.data.prior import with_mesh
@@ -37,11 +39,16 @@ MASKS = "part_masks"
 
 
 class Graph(nn.Module):
-    """What is exported: `docs/model.md` names its inputs and outputs."""
+    """What is exported: `docs/model.md` names its inputs and outputs.
 
-    def __init__(self, network: Network) -> None:
+    Args:
+        network: Whatever its pose heads.
+        names: The categories to export; what looks like another is nothing known.
+    """
+
+    def __init__(self, network: Network, names: tuple[str, ...]) -> None:
         super().__init__()
-        self.network = network
+        self.network, self.names = network, names
 
     def forward(
         self,
@@ -53,10 +60,13 @@ class Graph(nn.Module):
         x = image.permute(0, 3, 1, 2).float() / 127.5 - 1
         dense, seen = self.network.features(x)
         found_box, category_logits = self.network.find(seen)
-        outputs = [found_box, category_logits.softmax(dim=-1)]
-        for name in self.network.names:
+        known = [self.network.names.index(name) for name in self.names]
+        scores = category_logits.softmax(dim=-1)[:, known]
+        nothing = (1 - scores.sum(dim=-1, keepdim=True)).clamp(min=0)
+        outputs = [found_box, torch.cat([scores, nothing], dim=-1)]
+        for name in self.names:
             outputs += self._estimate(name, seen, K, box)
-        for name in self.network.names:
+        for name in self.names:
             if (masks := self.network.part_masks(name, dense)) is not None:
                 outputs.append(masks)
         return tuple(outputs)
@@ -76,9 +86,8 @@ class Graph(nn.Module):
         ]
 
 
-def output_names(network: Network) -> list[str]:
-    """Names of the graph's outputs."""
-    names = network.names
+def output_names(network: Network, names: tuple[str, ...]) -> list[str]:
+    """Names of the graph's outputs, for these categories."""
     segments = type(network).part_masks is not Network.part_masks
     return [
         *("found_box", "category_scores"),
@@ -90,8 +99,8 @@ def output_names(network: Network) -> list[str]:
 def to_onnx(
     network: Network, facts: dict[str, Any], categories: tuple[Category, ...]
 ) -> onnx.ModelProto:
-    """The network with its tail as an ONNX model, all weights float32."""
-    size = network.input_size
+    """The network with its tail as an ONNX model of these categories, all weights float32."""
+    size, names = network.input_size, tuple(c.name for c in categories)
     example = (
         torch.zeros((1, size, size, 3), dtype=torch.uint8),
         torch.tensor([[[200.0, 0, size / 2], [0, 200.0, size / 2], [0, 0, 1]]]),
@@ -100,10 +109,10 @@ def to_onnx(
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
         program = torch.onnx.export(
-            Graph(network).eval(),
+            Graph(network, names).eval(),
             example,
             input_names=["image", "K", "box"],
-            output_names=output_names(network),
+            output_names=output_names(network, names),
             opset_version=OPSET,
             dynamo=True,
             optimize=True,
@@ -187,19 +196,28 @@ def completed(model: onnx.ModelProto) -> onnx.ModelProto:
     return result
 
 
-def export(run: Path, out: Path) -> None:
+def export(run: Path, out: Path, names: Sequence[str] = ()) -> None:
     """Write the averaged network of a run as ``out``.
 
     Args:
         run: Of training; or a model file, which is written again with complete priors.
         out: The model file.
+        names: Of the categories it shall know; none: all.
+
+    Raises:
+        UsageError: The run knows no category of such a name, or ``names`` are for a model file.
     """
+    if run.is_file() and names:
+        raise UsageError(f"categories can be chosen from a run, not from the model file {run}")
     if run.is_file():
         write_atomically(out, completed(read_model(run)).SerializeToString())
         return
     network, facts = checkpoint.load_network(run)
     facts = {"recipe": facts["recipe"], "data": facts["data"]}
-    categories = tuple(complete(Category.load(run / f"{name}.npz")) for name in network.names)
+    if odd := sorted(set(names) - set(network.names)):
+        raise UsageError(f"{run} knows no {', '.join(odd)}; it knows {', '.join(network.names)}")
+    chosen = [name for name in network.names if not names or name in names]
+    categories = tuple(complete(Category.load(run / f"{name}.npz")) for name in chosen)
     model = store_half(to_onnx(network, facts, categories))
     onnx.checker.check_model(model)
     write_atomically(out, model.SerializeToString())
