@@ -4,7 +4,7 @@ python benchmarks/refine.py                              prints Markdown
 python benchmarks/refine.py --results docs/results.md    writes the page's section
 
 One object of every procedural category, and an arm where a URDF is at hand; its masks are drawn
-from its mesh, what is refined knows it by points and by the vertices that reach farthest.
+from its mesh, what is refined knows it by the coarse mesh of a prior.
 """
 
 import argparse
@@ -28,8 +28,11 @@ from r2art.data.rendering.render import render_silhouettes
 from r2art.data.shape import Instance
 from r2art.learn.results import write_section
 from r2art.run.refinement.body import Body, body_of
+from r2art.run.refinement.coverage import coverage_errors
 from r2art.run.refinement.pose import Pose, moved, pose_of, posed, rotation_of
-from r2art.run.refinement.refine import Uncertainty, refine, resolutions
+from r2art.run.refinement.refine import refine, resolutions
+from r2art.run.refinement.silhouettes import pyramid
+from r2art.run.refinement.uncertainty import Uncertainty
 
 FloatArray = NDArray[np.floating]
 
@@ -67,7 +70,8 @@ class Case:
         wrong: Greatest error of the parts' scales along x, y and z.
         spoil: What is done to the masks; returns them and what of them is known.
         log_scale: Standard deviation that the refinement gives the parts' scales.
-        outline: ... and the outline.
+        outline: ... and the outline ...
+        border: ... and how far masks reach beyond the object.
     """
 
     name: str
@@ -81,6 +85,7 @@ class Case:
     spoil: Callable[[FloatArray, np.random.Generator], tuple[FloatArray, FloatArray]] | None = None
     log_scale: float = 0.0
     outline: float = 0.005
+    border: float = 0.0
 
     def uncertainty(self, body: Body) -> Uncertainty:
         """What an estimate that knows how far off it may be would say."""
@@ -92,6 +97,7 @@ class Case:
             joint=self.joint / span if not body.prismatic.all() else self.joint / (np.pi / 2),
             log_scale=self.log_scale,
             outline=self.outline,
+            border=self.border,
         )
 
 
@@ -123,8 +129,8 @@ CASES = (
     Case(name="wide", turn=np.radians(40), joint=np.radians(40), depth=0.2, starts=16),
     Case(name="shape ±5 %", wrong=0.05, log_scale=0.03, outline=0.01),
     Case(name="shape ±10 %", wrong=0.1, log_scale=0.06, outline=0.02),
-    Case(name="eroded 2 px", spoil=eroded, outline=0.02),
-    Case(name="dilated 2 px", spoil=dilated, outline=0.02),
+    Case(name="eroded 2 px", spoil=eroded, border=0.02),
+    Case(name="dilated 2 px", spoil=dilated, border=0.02),
     Case(name="occluded", spoil=occluded),
 )
 
@@ -133,6 +139,7 @@ CASES = (
 class Scores:
     """Of the trials of one case."""
 
+    told: list[bool] = field(default_factory=list)
     before: list[float] = field(default_factory=list)
     after: list[float] = field(default_factory=list)
     milliseconds: list[float] = field(default_factory=list)
@@ -140,6 +147,12 @@ class Scores:
     @property
     def success(self) -> float:
         return 100 * float(np.mean(np.array(self.after) < GOOD))
+
+    @property
+    def success_where_told(self) -> float:
+        """Without the failures that fit the masks as well as the truth does."""
+        good = np.array(self.after) < GOOD
+        return 100 * float(np.mean(good[good | np.array(self.told)])) if good.any() else 0.0
 
     @property
     def better(self) -> float:
@@ -163,13 +176,12 @@ def objects(only: str | None) -> Iterator[Object]:
             continue
         instance = source.instance(instance_seed(source.name, "test", 0, 0))
         category = category_prior([instance], source.staging)
-        vertices = [np.concatenate([s.vertices for s in part]) for part in instance.parts]
         yield Object(
             name=source.name,
             instance=instance,
             category=category,
-            bodies=resolutions(category, vertices),
-            body=body_of(category, vertices),
+            bodies=resolutions(category),
+            body=body_of(category),
         )
 
 
@@ -253,6 +265,9 @@ def run(thing: Object, case: Case, trials: int) -> Scores:
         scores.milliseconds.append((time.process_time() - began) * 1e3)
         end = pose_of(thing.body, found.cam_T_root, found.joint_state)
         end = replace(end, log_scale=found.log_scale[None])
+        if not case.wrong:
+            misfits = [misfit(thing, pose, masks, known, K) for pose in (end, true)]
+            scores.told.append(misfits[0] > misfits[1])
         wanted = posed(real, true).points
         for where, kept in ((start, scores.before), (end, scores.after)):
             distance = np.linalg.norm(posed(thing.body, where).points - wanted, axis=2)
@@ -260,11 +275,32 @@ def run(thing: Object, case: Case, trials: int) -> Scores:
     return scores
 
 
+def misfit(
+    thing: Object, pose: Pose, masks: FloatArray, known: FloatArray | None, K: FloatArray
+) -> float:
+    """Sum of squares by which silhouettes of 56² differ from the masks'."""
+    known = np.ones_like(masks) if known is None else known
+    y, x = np.nonzero((masks * known).max(axis=0) > 0.5)
+    pixels = np.array([x.min(), y.min(), x.max() + 1, y.max() + 1])
+    box = (pixels - np.tile(K[:2, 2], 2)) / FOCAL
+    (level,) = pyramid(masks, known, K, box, (56,), soft=False)
+    return float((coverage_errors(thing.bodies[0], pose, level, scale=False)[0] ** 2).sum())
+
+
 def matrix(body: Body, pose: Pose) -> FloatArray:
     T = np.eye(4)
     T[:3, :3] = pose.rotation[0]
     T[:3, 3] = pose.anchor[0] - pose.rotation[0] @ body.anchor
     return T
+
+
+def speed() -> float:
+    """CPU ms of something that does not change: how fast the machine is now."""
+    a = np.random.default_rng(0).normal(size=(256, 256))
+    began = time.process_time()
+    for _ in range(10):
+        a = a @ a / np.linalg.norm(a)
+    return (time.process_time() - began) * 1e3
 
 
 def targets(scores: dict[str, dict[str, Scores]]) -> list[str]:
@@ -282,10 +318,13 @@ def targets(scores: dict[str, dict[str, Scores]]) -> list[str]:
         "| target | met by | missed by |",
         "| --- | ---: | --- |",
         line("near: success ≥ 98 %", "near", lambda s: s.success >= 98),
+        line("near: the same where the mask tells", "near", lambda s: s.success_where_told >= 98),
+        line("near, part masks: success ≥ 98 %", "near, part masks", lambda s: s.success >= 98),
         line("near: median ADD ≤ 1 %", "near", lambda s: np.median(s.after) <= 1),
         line("near: ≤ 20 ms", "near", lambda s: np.median(s.milliseconds) <= 20),
         line("far: success ≥ 95 %", "far", lambda s: s.success >= 95),
         line("wide: success ≥ 90 %", "wide", lambda s: s.success >= 90),
+        line("wide: the same where the mask tells", "wide", lambda s: s.success_where_told >= 90),
         line("wide: ≤ 100 ms", "wide", lambda s: np.median(s.milliseconds) <= 100),
         line("shape ±5 %: better in ≥ 90 %, worst ≤ 1.5×", "shape ±5 %", wrong),
     ]
@@ -294,7 +333,9 @@ def targets(scores: dict[str, dict[str, Scores]]) -> list[str]:
 def report(trials: int, only: str | None, flags: str) -> str:
     """The section of docs/results.md."""
     scores: dict[str, dict[str, Scores]] = {}
+    speeds = []
     for thing in objects(only):
+        speeds.append(speed())
         scores[thing.name] = {case.name: run(thing, case, trials) for case in CASES}
         print(
             thing.name, *(s.cell for s in scores[thing.name].values()), sep=" | ", file=sys.stderr
@@ -305,13 +346,16 @@ def report(trials: int, only: str | None, flags: str) -> str:
         f"{np.median(row['near'].milliseconds):.0f} | {np.median(row['wide'].milliseconds):.0f} |"
         for name, row in scores.items()
     ]
+    reference = float(np.median(speeds))
     facts = (
         f"{trials} trials of each: success (ADD below {GOOD} % of the diagonal) in % / median ADD "
-        "in %. One object per category, masks of 224² drawn from its mesh; it is refined by its "
-        "points and the vertices that reach farthest, against the mask of the whole. Starts: near "
+        "in %. One object per category, masks of 224² drawn from its mesh; it is refined by the "
+        "prior's mesh of few triangles, against the mask of the whole. Starts: near "
         "and the columns without a start of their own 20°, joints 20° (slides 22 % of their "
         "range), 10 % of the distance, 6 px; far 100 px and 30 %; wide 40°, 40°, 20 %; from 4 "
-        "poses, wide from 16. Times are CPU ms of one core (median). "
+        "poses, wide from 16. A mask does not tell where an end that is wrong fits it no worse "
+        "than the truth. Times are CPU ms of one core (median), beside "
+        f"{reference:.1f} ms for ten products of 256² matrices measured in between. "
         f"Written by `python benchmarks/refine.py{flags}`."
     )
     return "\n".join(

@@ -135,6 +135,12 @@ def row(name: str, times: list[float]) -> str:
     return f"| {name} | {len(times)} | " + " | ".join(f"{v:.0f} ms" for v in p) + " |"
 
 
+def cores() -> str:
+    """How many cores this process, and what it starts, may use."""
+    count = len(os.sched_getaffinity(0))
+    return "one core" if count == 1 else f"{count} cores"
+
+
 def report(tally: Tally, before: float, after: float, args: argparse.Namespace) -> str:
     """The section of docs/serve.md."""
     names = {200: "200, answered", 429: "429", 503: "503, told to come back"}
@@ -146,7 +152,7 @@ def report(tally: Tally, before: float, after: float, args: argparse.Namespace) 
         f"{args.clients} clients for {args.seconds:g} s on loopback, each with a JPEG of 640 × 480 "
         f"and asking again at once, or after the time a 503 names; `r2art serve "
         f"{' '.join(args.options) or '(default options)'}`, Python {platform.python_version()}, "
-        f"clients and server on the same {args.cores} cores. Measured by "
+        f"clients and server together on {cores()}. Measured by "
         f"`python benchmarks/serve.py{flags}`."
     )
     drift = (
@@ -164,7 +170,6 @@ def main() -> int:
     parser.add_argument("--results", type=Path, help="write this page's section on it")
     parser.add_argument("options", nargs="*", help="for r2art serve, after --")
     args = parser.parse_args()
-    args.cores = len(os.sched_getaffinity(0))
     tally, before, after = measured(args.options, small_photo(PHOTO), args.clients, args.seconds)
     section = report(tally, before, after, args)
     print(section)

@@ -80,7 +80,7 @@ def lag(late: FloatArray, early: FloatArray) -> float:
         delayed = np.stack([np.interp(at - shift, at, x) for x in early.T], axis=-1)
         pairs = zip(late[ENDS:-ENDS].T, delayed[ENDS:-ENDS].T, strict=True)
         score.append(np.mean([np.corrcoef(a, b)[0, 1] for a, b in pairs]))
-    return float(SHIFTS[int(np.argmax(score))])
+    return round(float(SHIFTS[int(np.argmax(score))]), 1) + 0.0
 
 
 def run(predictor: Predictor, category: str, split: Split, seed: int, count: int) -> Run:
@@ -213,7 +213,7 @@ def save(clip: Clip, path: Path) -> None:
 def main() -> None:
     parser = argparse.ArgumentParser(description="Benchmark tracking on rendered clips.")
     parser.add_argument("--laptops", type=int, default=4)
-    parser.add_argument("--drawers", type=int, default=2)
+    parser.add_argument("--drawers", type=int, default=1)
     parser.add_argument("--frames", type=int, default=60)
     parser.add_argument("--noise", action="store_true", help="on objects of the validation split")
     parser.add_argument("--results", type=Path, help="write the section on figures of this page")

@@ -60,9 +60,9 @@ class Estimator:
         prediction = self._look(photo, camera, seconds(image.header.stamp))
         if prediction is not None:
             warnings += prediction.warnings
-            score = prediction.category_score
-            if score is not None and score < told.min_score:
-                prediction = None
+            doubt = self._no_object(prediction)
+            if doubt is not None:
+                prediction, warnings = None, (doubt,)
         about = (self._types, prediction, image.header, told.prefix)
         if prediction is None:
             return Estimate(results.detections(*about), None, None, warnings)
@@ -72,6 +72,15 @@ class Estimator:
             results.frames(self._types, prediction, image.header, told.prefix),
             warnings,
         )
+
+    def _no_object(self, prediction: Prediction) -> str | None:
+        """Why there is nothing to publish, or None."""
+        if prediction.rejected is not None:
+            return f"nothing is published: {prediction.rejected}"
+        score, least = prediction.category_score, self._settings.min_score
+        if score is None or score >= least:
+            return None
+        return f"nothing is published: {prediction.category} scores {score:.2f}, below {least:g}"
 
     def _afresh(self, photo: Photo, camera: Camera, time: float) -> Prediction:
         told = self._settings

@@ -4,6 +4,7 @@ The only module that needs ROS.
 """
 
 import importlib
+import re
 from typing import Any
 
 import rclpy
@@ -23,6 +24,7 @@ from r2art_ros.results import USED
 from r2art_ros.settings import Settings, parameters
 
 EVERY = 10.0  # s between repetitions of one and the same warning
+NUMBER = re.compile(r"\d[\d.]*")
 
 
 def message_types() -> dict[str, Any]:
@@ -71,6 +73,8 @@ class EstimateNode(Node):
         except R2ArtError as error:
             self._say(str(error))
             return
+        if not self.context.ok():  # stopped meanwhile: nothing can be published any more
+            return
         for warning in seen.warnings:
             self._say(warning)
         self._detections.publish(seen.detections)
@@ -80,10 +84,11 @@ class EstimateNode(Node):
             self._tf.publish(seen.frames)
 
     def _say(self, warning: str) -> None:
-        """Log a warning, unless it was logged a moment ago."""
+        """Log a warning, unless it was logged a moment ago, perhaps with other numbers."""
         now = self.get_clock().now().nanoseconds * 1e-9
-        if abs(now - self._said.get(warning, -EVERY)) >= EVERY:
-            self._said[warning] = now
+        kind = NUMBER.sub("#", warning)
+        if abs(now - self._said.get(kind, -EVERY)) >= EVERY:
+            self._said[kind] = now
             self.get_logger().warning(warning)
 
 

@@ -1,6 +1,7 @@
 """Pairs of messages, and the parts of the package that must agree with each other."""
 
 import ast
+import sys
 from dataclasses import replace
 from types import SimpleNamespace
 from xml.etree import ElementTree
@@ -84,7 +85,7 @@ def test_package_xml_names_every_package_that_is_used():
     needed = {name.split("/")[0] for name in USED}
     for path in (PACKAGE / "r2art_ros" / "node.py", *(PACKAGE / "launch").glob("*.py")):
         needed |= set(imported(path))
-    own = {"r2art", "r2art_ros", "importlib", "typing", "pathlib"}
+    own = {"r2art", "r2art_ros", *sys.stdlib_module_names}
     of_rclpy = {"rcl_interfaces", "ament_index_python"}  # which rclpy and launch bring
     assert needed - own - of_rclpy <= depends
 

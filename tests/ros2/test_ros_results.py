@@ -105,6 +105,15 @@ def test_below_the_least_score_nothing_is_seen(types, header, messages):
     assert list(seen.detections.detections) == []
     assert seen.joint_states is None
     assert seen.frames is None
+    assert len(seen.warnings) == 1
+
+
+def test_in_a_blank_image_nothing_is_seen(types, raw, header, photo, messages):
+    blank = image(raw, header, np.full_like(photo.pixels, 90), "rgb8")
+    seen = Estimator(Settings(), types).estimate(blank, messages[1])
+    assert list(seen.detections.detections) == []
+    assert seen.frames is None
+    assert "blank" in seen.warnings[0]
 
 
 def test_a_bent_image_is_estimated_with_a_warning(types, raw, header, messages, photo):

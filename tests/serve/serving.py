@@ -64,6 +64,7 @@ def running(predictor, limits):
         thread = threading.Thread(target=server.run, kwargs={"sockets": [listener]})
         thread.start()
         while not server.started:
+            assert thread.is_alive()
             time.sleep(0.01)
         with httpx.Client(base_url=url_of(listener), timeout=30) as client:
             try:

@@ -157,7 +157,9 @@ def test_r2art_serve_finishes_what_it_has_begun(photo, stop):
     command = [sys.executable, "-m", "r2art", "serve", "--port", "0"]
     with subprocess.Popen(command, stderr=subprocess.PIPE, text=True) as process:
         assert process.stderr is not None
-        told = json.loads(process.stderr.readline())
+        line = process.stderr.readline()
+        assert line.startswith("{"), line + process.stderr.read()
+        told = json.loads(line)
         assert told["message"] == "listening"
         host, _, port = told["url"].removeprefix("http://").partition(":")
         assert host == "127.0.0.1"

@@ -10,12 +10,13 @@ import jsonschema
 import numpy as np
 import pytest
 from PIL import Image
-from serving import PNG, encoded
+from serving import PNG, encoded, running
 
 from r2art import cli
 from r2art.core.camera import Camera
 from r2art.core.prediction import SCHEMA_FILE
 from r2art.serve.answers import ANSWERS
+from r2art.serve.limits import Limits
 
 
 def test_the_answer_is_what_the_command_line_prints(served, photo, tmp_path, capsys):
@@ -140,3 +141,18 @@ def test_health_answers(served):
     assert health["status"] == "ok"
     assert health["taken"] == 0
     assert health["places"] == 18
+
+
+@pytest.mark.parametrize("as_form", [False, True])
+def test_a_large_photo_is_taken_whole(predictor, as_form):
+    """Nothing between the client and the limits has a smaller limit of its own."""
+    noise = np.random.default_rng(0).integers(0, 256, (1500, 2000, 3), np.uint8)
+    content = encoded(Image.fromarray(noise), "BMP")
+    assert len(content) > 8e6
+    with running(predictor, Limits(megabytes=10)) as served:
+        if as_form:
+            answer = served.client.post("/predict?refine=0", files={"photo": content})
+        else:
+            answer = served.client.post("/predict?refine=0", content=content, headers=PNG)
+    assert answer.status_code == 200
+    assert answer.json()["image"]["width"] == 2000

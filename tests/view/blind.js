@@ -1,8 +1,14 @@
-// A WebGL that draws nothing: viser needs one to start, and software rendering takes seconds a
-// frame on a busy machine. What it cannot show is left to test_view_drawing.py.
+// A WebGL that draws nothing, ten times a second: viser needs one to start, and drawing without a
+// graphics card takes seconds a frame on a busy machine. See test_view_drawing.py for what it draws.
 (() => {
+  window.requestAnimationFrame = (f) => setTimeout(() => f(performance.now()), 100);
+  window.cancelAnimationFrame = clearTimeout;
   const real = HTMLCanvasElement.prototype.getContext;
-  const facts = { 7936: 'none', 7937: 'none', 7938: 'WebGL 2.0', 35724: 'WebGL GLSL ES 3.00', 3088: [0, 0, 0, 0], 2978: [0, 0, 0, 0], 35661: 32, 34930: 16, 35660: 16, 34921: 16, 36347: 1024, 36348: 30, 36349: 1024, 3379: 8192, 34076: 8192, 36183: 4 };
+  const facts = {
+    7936: 'none', 7937: 'none', 7938: 'WebGL 2.0', 35724: 'WebGL GLSL ES 3.00',
+    3088: [0, 0, 0, 0], 2978: [0, 0, 0, 0], 35661: 32, 34930: 16, 35660: 16, 34921: 16,
+    36347: 1024, 36348: 30, 36349: 1024, 3379: 8192, 34076: 8192, 36183: 4,
+  };
   const answers = {
     getContextAttributes: () => ({ alpha: true, antialias: false, depth: true, stencil: false }),
     getExtension: () => null,

@@ -1,20 +1,16 @@
 """A viewer of the shipped model, and a browser that never speaks to another machine."""
 
-import shutil
 from pathlib import Path
 from urllib.parse import urlsplit
 
 import pytest
+from chromium import CHROMIUM, PATIENCE
 
 import r2art
 
-CHROMIUM = next(
-    filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None
-)
 BLIND = Path(__file__).with_name("blind.js")
 # As root Chromium refuses its sandbox; a webcam of its own shows moving test pictures.
 WEBCAM = ("--use-fake-device-for-media-stream", "--use-fake-ui-for-media-stream")
-PATIENCE = 120_000  # ms
 
 
 @pytest.fixture(scope="session")

@@ -41,7 +41,7 @@ def wait(page, happened):
 def field(page, label):
     """The text input beside a label of viser's."""
     place = page.locator("label", has_text=label).locator("xpath=ancestor::*[.//input][1]")
-    return place.locator("input[type=text]").last
+    return place.locator("input:not([type=hidden])").last
 
 
 def test_an_uploaded_photo_shows_its_parts(shown):
@@ -99,9 +99,10 @@ def test_models_and_pictures_are_downloaded(shown, label, suffix, head):
 def test_a_box_is_drawn_and_corrected_on_the_photo(shown):
     page, session = shown
     width, height = session.prediction.camera.width, session.prediction.camera.height
-    box = page.locator(".r2art-photo").bounding_box()
 
     def drag(start, end):
+        page.locator(".r2art-busy").wait_for(state="detached")
+        box = page.locator(".r2art-photo").bounding_box()
         for action, (x, y) in (("down", start), ("up", end)):
             page.mouse.move(box["x"] + x * box["width"], box["y"] + y * box["height"])
             getattr(page.mouse, action)()

@@ -31,7 +31,7 @@ def shown(tab):
     """A tab that shows the laptop."""
     tab.upload(LAPTOP.name, LAPTOP.read_bytes())
     until(lambda: tab.session.prediction, "a prediction")
-    until(lambda: not tab.session.inputs.message.visible, "its display")
+    until(lambda: "r2art-note" in tab.session.inputs.message.content, "its display")
     return tab
 
 
@@ -79,7 +79,7 @@ def test_a_bad_file_is_refused_by_name_and_the_result_stays(shown):
     session, before = shown.session, shown.session.prediction
     shown.upload("notes.txt", b"no photo")
     until(lambda: "notes.txt is not an image" in session.inputs.message.content, "an answer")
-    assert session.inputs.message.visible
+    assert "r2art-error" in session.inputs.message.content
     assert session.prediction is before
 
 

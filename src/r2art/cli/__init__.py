@@ -51,6 +51,7 @@ examples:
   r2art predict laptop.jpg --fov 65             the camera's field of view, in degrees
   r2art predict drawer.png --category drawer --box 80 40 520 460
   r2art predict laptop.jpg --json               JSON on stdout, no files
+  r2art predict clip.mp4                        a film; --webcam follows what a camera sees
   r2art convert r2art_out/ --to urdf            what was predicted, for other programs
   r2art synth laptop -n 1000 --out data/laptop  a labelled dataset
   r2art synth --urdf arm.urdf -n 1000 --out data/arm   of a robot, or object, of your own

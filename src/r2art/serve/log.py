@@ -1,6 +1,6 @@
 """One line of JSON on stderr for every request, and for what the server itself has to say.
 
-Nothing of a photo is logged, and no option's value but category and format.
+Nothing of a photo is logged, and of the options only category, format, and what a problem names.
 """
 
 import json
@@ -9,6 +9,8 @@ import sys
 import time
 import traceback
 import uuid
+from collections.abc import Iterator
+from contextlib import contextmanager
 from typing import Any
 
 from starlette.requests import Request
@@ -36,16 +38,25 @@ class JsonLines(logging.Formatter):
         return json.dumps(line, ensure_ascii=False)
 
 
-def log_to_stderr() -> None:
+@contextmanager
+def logged_to_stderr() -> Iterator[None]:
     """Send what this package and uvicorn log, and Python's warnings, to stderr as lines of JSON."""
     handler = logging.StreamHandler(sys.stderr)
     handler.setFormatter(JsonLines())
-    logging.captureWarnings(True)
-    for name in (LOGGER.name, "uvicorn.error", "py.warnings"):
-        logger = logging.getLogger(name)
+    loggers = [logging.getLogger(n) for n in (LOGGER.name, "uvicorn.error", "py.warnings")]
+    kept = [(logger, logger.handlers, logger.level, logger.propagate) for logger in loggers]
+    for logger in loggers:
         logger.handlers = [handler]
         logger.setLevel(logging.INFO)
         logger.propagate = False
+    logging.captureWarnings(True)
+    try:
+        yield
+    finally:
+        logging.captureWarnings(False)
+        for logger, handlers, level, propagate in kept:
+            logger.handlers, logger.propagate = handlers, propagate
+            logger.setLevel(level)
 
 
 def instance(request: Request) -> str:

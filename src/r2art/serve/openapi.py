@@ -12,7 +12,7 @@ from typing import Any
 from fastapi import FastAPI
 from fastapi.openapi.utils import get_openapi
 
-from r2art.core.prediction import SCHEMA_FILE
+from r2art.core.prediction import SCHEMA_FILE, Prediction
 from r2art.run.files import SUFFIXES
 from r2art.serve.answers import ANSWERS
 from r2art.serve.limits import Limits
@@ -127,7 +127,7 @@ def _body(schemas: dict[str, dict[str, Any]], limits: Limits) -> dict[str, Any]:
 
 
 def _success() -> dict[str, Any]:
-    example = json.loads(EXAMPLE_FILE.read_text(encoding="utf-8"))
+    example = Prediction.from_json(EXAMPLE_FILE.read_text(encoding="utf-8")).to_dict()
     content: dict[str, Any] = {
         a.media_type: {"schema": {"type": "string", "contentMediaType": a.media_type}}
         for a in ANSWERS.values()

@@ -16,10 +16,11 @@ from r2art.core.errors import UsageError
 from r2art.run.predictor import Predictor
 from r2art.serve.app import build_app
 from r2art.serve.limits import Limits
-from r2art.serve.log import LOGGER, log_to_stderr
+from r2art.serve.log import LOGGER, logged_to_stderr
 
 HEAD_SECONDS = 10.0
 KEEP_ALIVE_SECONDS = 5
+MOST_PORT = 65535
 CONNECTIONS = 1000  # open at a time; more are told 503 by the server itself
 
 
@@ -74,11 +75,11 @@ def serve(predictor: Predictor, host: str, port: int, limits: Limits) -> None:
     Raises:
         UsageError: The address cannot be listened on.
     """
-    log_to_stderr()
-    with listening(host, port) as listener, stopped_by_signals():
-        LOGGER.info("listening", extra={"facts": {"url": url_of(listener), **vars(limits)}})
-        make_server(predictor, limits).run(sockets=[listener])
-    LOGGER.info("stopped")
+    with logged_to_stderr():
+        with listening(host, port) as listener, stopped_by_signals():
+            LOGGER.info("listening", extra={"facts": {"url": url_of(listener), **vars(limits)}})
+            make_server(predictor, limits).run(sockets=[listener])
+        LOGGER.info("stopped")
 
 
 def make_server(predictor: Predictor, limits: Limits) -> uvicorn.Server:
@@ -102,12 +103,14 @@ def make_server(predictor: Predictor, limits: Limits) -> uvicorn.Server:
 @contextmanager
 def listening(host: str, port: int) -> Iterator[socket.socket]:
     """A socket that listens on an address; port 0 is any that is free."""
+    if not 0 <= port <= MOST_PORT:  # else the system takes its last 16 bits
+        raise UsageError(f"port {port} is not one of 0 to {MOST_PORT}; choose another --port")
     try:
         found = socket.getaddrinfo(host, port, type=socket.SOCK_STREAM, flags=socket.AI_PASSIVE)
         family, *_, address = found[0]
         listener = socket.create_server(address[:2], family=family, backlog=512)
-    except (OSError, OverflowError) as error:
-        reason = getattr(error, "strerror", None) or error
+    except OSError as error:
+        reason = error.strerror or error
         raise UsageError(
             f"cannot listen on {host} port {port}: {reason}; choose another --host or --port"
         ) from None

@@ -133,9 +133,8 @@ class Inputs:
         )
 
     def say(self, text: str, kind: str = "note") -> None:
-        """Show a line above the photo; an empty one hides it."""
+        """Show a line above the photo."""
         self.message.content = message(text, kind=kind)
-        self.message.visible = bool(text)
 
     def show(self, prediction: Prediction, picture: Image.Image) -> None:
         """Show the photo with its overlay, and the box that was used."""

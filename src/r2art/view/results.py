@@ -40,6 +40,7 @@ class Results:
         self._lock = threading.Lock()
         self._prediction: Prediction | None = None
         self._photo: Photo | None = None
+        self._count = 0
         self.scene: Scene | None = None
         self.sliders: dict[str, GuiSliderHandle[float]] = {}
         self._facts = gui.add_html("", visible=False)
@@ -84,7 +85,11 @@ class Results:
             same_photo = photo is self._photo
             self._prediction, self._photo = prediction, photo
             self._facts.content = facts(prediction)
-            self.scene = Scene(self._client, prediction, _small(photo))
+            if self.scene is not None:
+                self.scene.remove()
+            self._count += 1
+            name = f"/estimate_{self._count}"
+            self.scene = Scene(self._client, prediction, _small(photo), name)
             self._build_sliders(prediction)
         self._show_chosen()
         for shown in (self._facts, self._looks, self._save):

@@ -21,7 +21,7 @@ from viser import (
 from r2art.core.camera import Camera
 from r2art.core.draw import EDGES
 from r2art.core.legend import state_text
-from r2art.core.palette import AXIS_COLORS, GREY, WHITE, part_color
+from r2art.core.palette import AXIS_COLORS, GREY, WHITE, Color, part_color
 from r2art.core.prediction import JointEstimate, PartEstimate, Prediction
 from r2art.run.export.mechanism import inverse, part_poses, rigid
 from r2art.run.export.rotations import quaternion
@@ -33,7 +33,7 @@ BEHIND = 1.08
 OPACITY = 0.45
 BESIDE = (1.0, -0.65, -0.75)
 """The first view's place in the camera frame, in units of the object's distance."""
-FOV = float(np.radians(46))
+FOV = float(np.radians(43))
 AHEAD = np.array([0.0, 0.0, 1.0])
 
 
@@ -45,31 +45,33 @@ class Scene:
     """
 
     def __init__(
-        self, client: ClientHandle, prediction: Prediction, picture: NDArray[np.uint8]
+        self, client: ClientHandle, prediction: Prediction, picture: NDArray[np.uint8], name: str
     ) -> None:
-        """Show a prediction instead of what the tab has shown.
+        """Show a prediction.
 
         Args:
             client: The tab.
             prediction: What to show.
             picture: (H, W, 3) its photo, at any size.
+            name: Of the node that holds all; no two scenes of a tab may share it, so that what
+                the browser still knows of the last one never mixes with this one.
         """
         scene = client.scene
-        scene.reset()
+        self._root = scene.add_frame(name, show_axes=False)
         self._client = client
         self._prediction = prediction
         self._center = _corners(prediction).mean(axis=0)
-        self._photo = _camera(scene, prediction, picture)
+        self._photo = _camera(scene, name, prediction, picture)
         self.parts: list[FrameHandle] = []
         self._boxes: list[SceneNodeHandle] = []
         for p, part in enumerate(prediction.parts):
-            frame, *box = _part(scene, part, p)
+            frame, *box = _part(scene, f"{name}/{p}", part, part_color(p))
             self.parts.append(frame)
             self._boxes += box
-        self._axes: list[SceneNodeHandle] = [_root_axes(scene, prediction.parts[0])]
+        self._axes: list[SceneNodeHandle] = [_root_axes(scene, name, prediction.parts[0])]
         self._labels: list[LabelHandle] = []
         for j in range(len(prediction.joints)):
-            arrow, label = _joint(scene, prediction, j)
+            arrow, label = _joint(scene, name, prediction, j)
             self._axes += [arrow, label]
             self._labels.append(label)
         self.move({})
@@ -84,6 +86,10 @@ class Scene:
             for label, joint in zip(self._labels, self._prediction.joints, strict=True):
                 state = states.get(joint.name, joint.state)
                 label.text = f"{joint.name} {state_text(joint, state)}"
+
+    def remove(self) -> None:
+        """Take all of it away."""
+        self._root.remove()
 
     def show(self, *, photo: bool, boxes: bool, axes: bool) -> None:
         """Show or hide what there is."""
@@ -101,7 +107,7 @@ class Scene:
     def look_from_beside(self) -> None:
         """Look from beside the camera, so that depth shows."""
         distance = float(np.linalg.norm(self._center))
-        self._look(distance * np.array(BESIDE), 0.6 * self._center, FOV, aspect=1.0)
+        self._look(distance * np.array(BESIDE), 0.7 * self._center, FOV, aspect=1.0)
 
     def _look(self, position: FloatArray, at: FloatArray, fov: float, aspect: float) -> None:
         """Look so that the tab shows all of a field of view, ``fov`` (rad) high."""
@@ -115,7 +121,7 @@ class Scene:
 
 
 def _camera(
-    scene: SceneApi, prediction: Prediction, picture: NDArray[np.uint8]
+    scene: SceneApi, root: str, prediction: Prediction, picture: NDArray[np.uint8]
 ) -> CameraFrustumHandle:
     """The camera's pyramid, with the photo for a base right behind the object."""
     camera = prediction.camera
@@ -124,7 +130,7 @@ def _camera(
     # viser gives a pyramid of scale 1 the volume 4, whatever its proportions.
     height = np.tan(fov / 2)
     return scene.add_camera_frustum(
-        "/camera",
+        f"{root}/camera",
         fov=fov,
         aspect=aspect,
         scale=distance * float(np.cbrt(height * aspect * height / 3)),
@@ -138,10 +144,9 @@ def _camera(
 
 
 def _part(
-    scene: SceneApi, part: PartEstimate, index: int
+    scene: SceneApi, name: str, part: PartEstimate, color: Color
 ) -> tuple[FrameHandle, SceneNodeHandle, SceneNodeHandle]:
     """A part's frame, and below it its box: solid and edges."""
-    name, color = f"/object/{index}", part_color(index)
     frame = scene.add_frame(name, show_axes=False)
     solid = scene.add_box(
         f"{name}/box",
@@ -164,7 +169,9 @@ def _part(
     return frame, solid, edges
 
 
-def _joint(scene: SceneApi, prediction: Prediction, index: int) -> tuple[ArrowsHandle, LabelHandle]:
+def _joint(
+    scene: SceneApi, root: str, prediction: Prediction, index: int
+) -> tuple[ArrowsHandle, LabelHandle]:
     """An arrow along a joint's axis and its label, fixed to the part that the joint hangs on."""
     joint, child = prediction.joints[index], prediction.parts[index + 1]
     parent = [part.name for part in prediction.parts].index(joint.parent)
@@ -172,7 +179,7 @@ def _joint(scene: SceneApi, prediction: Prediction, index: int) -> tuple[ArrowsH
     parent_T_cam = inverse(rigid(prediction.parts[parent].cam_T_part))
     ends = np.stack([tail, joint.pivot, tip]) @ parent_T_cam[:3, :3].T + parent_T_cam[:3, 3]
     radius = 0.007 * float(np.linalg.norm(child.box_size))
-    name = f"/object/{parent}/joint_{index}"
+    name = f"{root}/{parent}/joint_{index}"
     arrow = scene.add_arrows(
         name,
         points=ends[None, ::2],
@@ -195,13 +202,13 @@ def _reach(joint: JointEstimate, child: PartEstimate) -> tuple[FloatArray, Float
     return joint.pivot + start * joint.axis, joint.pivot + (high + beyond) * joint.axis
 
 
-def _root_axes(scene: SceneApi, root: PartEstimate) -> ArrowsHandle:
+def _root_axes(scene: SceneApi, root: str, part: PartEstimate) -> ArrowsHandle:
     """Right, up and front of the root part in red, green and blue."""
-    length = 0.3 * float(np.linalg.norm(root.box_size))
+    length = 0.3 * float(np.linalg.norm(part.box_size))
     points = np.stack([np.zeros((3, 3)), length * np.eye(3)], axis=1)
     radius = 0.02 * length
     return scene.add_arrows(
-        "/object/0/axes",
+        f"{root}/0/axes",
         points=points,
         colors=np.array(AXIS_COLORS),
         shaft_radius=radius,

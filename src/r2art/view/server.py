@@ -87,6 +87,8 @@ class Viewer:
             return
         session = Session(client, self._predictor, self._workers, self._limit, self._photo)
         self.sessions[client.client_id] = session
+        if client.client_id not in self._server.get_clients():  # it has left meanwhile
+            self._part(client)
 
     def _part(self, client: ClientHandle) -> None:
         self.sessions.pop(client.client_id, None)

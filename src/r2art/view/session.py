@@ -17,6 +17,8 @@ from r2art.view.inputs import Inputs
 from r2art.view.results import Results
 from r2art.view.upload import cap_uploads, read_upload, too_large
 
+HINT = "Is the box wrong? Draw it on the photo, or drag a corner."
+
 
 class Session:
     """The state of one tab; no two tabs share anything but the predictor.
@@ -128,4 +130,4 @@ class Session:
             self.prediction = prediction
             self.inputs.show(prediction, overlay)
             self.results.show(prediction, photo)
-            self.inputs.say("")
+            self.inputs.say(HINT)

@@ -38,8 +38,8 @@ def clip(tmp_path_factory, pixels):
     """A film and a folder of the same few pictures; and a longer film."""
     folder = tmp_path_factory.mktemp("clips")
     (folder / "frames").mkdir()
-    films = {n: Film(folder / f"{name}.mp4") for name, n in (("clip", COUNT), ("long", 60))}
-    for k in range(60):
+    films = {n: Film(folder / f"{name}.mp4") for name, n in (("clip", COUNT), ("long", 40))}
+    for k in range(40):
         shown = Image.fromarray(np.roll(pixels, k % 7, axis=1))
         for count, film in films.items():
             if k < count:
@@ -124,10 +124,27 @@ def test_interrupted_it_keeps_what_is_done(clip, tmp_path, capsys):
     assert "interrupted after" in err
     assert "Traceback" not in err
     told = lines(tmp_path / "out" / "long.tracked.jsonl")
-    assert 0 < len(told) < 60
+    assert 0 < len(told) < 40
     frames = list(find_clip(str(tmp_path / "out" / "long.tracked.mp4"), 30).frames())
     assert abs(len(frames) - len(told)) <= 1
     assert not [p for p in (tmp_path / "out").iterdir() if p.name.endswith(".tmp")]
+
+
+def test_what_a_cut_off_film_shows_is_kept(tmp_path, capsys):
+    film = Film(tmp_path / "cut.mp4")
+    noise = np.random.default_rng(0)
+    for k in range(30):
+        film.add(Image.fromarray(noise.integers(0, 255, (64, 96, 3), np.uint8)), k / 30)
+    film.finish()
+    whole = (tmp_path / "cut.mp4").read_bytes()
+    (tmp_path / "cut.mp4").write_bytes(whole[: len(whole) // 2])
+    assert run("predict", "cut.mp4", *KNOWN, "--json", "--out", "out") == 3
+    out, err = capsys.readouterr()
+    assert "cut.mp4 ends after" in err
+    told = lines(tmp_path / "out" / "cut.tracked.jsonl")
+    assert told == [json.loads(line) for line in out.splitlines()]
+    frames = list(find_clip(str(tmp_path / "out" / "cut.tracked.mp4"), 30).frames())
+    assert len(frames) == len(told) > 0
 
 
 @pytest.mark.parametrize(

@@ -30,7 +30,7 @@ INSIDE = 200
 """Of 255: what is darker in a white photo's window is beyond the photo."""
 
 # Of the network's estimate; chosen on rendered validation photos.
-OF_NETWORK = Uncertainty(rotation=0.08, place=0.01, log_depth=0.02, joint=0.07, outline=0.05)
+OF_NETWORK = Uncertainty(rotation=0.08, place=0.01, log_depth=0.02, joint=0.07, outline=0.025)
 # Of the same against a mask that somebody has looked at.
 OF_GIVEN = replace(OF_NETWORK, place=0.02, log_depth=0.08, outline=0.01, log_scale=0.05)
 
@@ -136,7 +136,7 @@ def fitted(
         known=target.known,
         uncertainty=target.uncertainty,
         starts=1,
-        steps=(6, steps, 0, steps // 3, 0),
+        steps=(3, steps, 0, steps // 3, 0),
     )
     body = own[0]
     pose = replace(

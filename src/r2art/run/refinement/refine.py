@@ -24,14 +24,16 @@ from r2art.run.refinement.body import IMAGE_FREEDOM, Body, body_of
 from r2art.run.refinement.coverage import coverage_errors
 from r2art.run.refinement.descent import Measure, Problem, descend
 from r2art.run.refinement.outline import Outline, outline, reach_errors
-from r2art.run.refinement.pose import Pose, pose_of, rotation_of
+from r2art.run.refinement.pose import Pose, pose_of
+from r2art.run.refinement.search import other_states, spread
 from r2art.run.refinement.silhouettes import Level, pixel_errors, pyramid
+from r2art.run.refinement.uncertainty import Uncertainty
 
 FloatArray = NDArray[np.floating]
 
 POINTS = {28: 128, 56: 512, 112: 2048}
 """Resolutions, coarse to fine, and how many points of the object serve each of them."""
-STEPS = (6, 12, 4, 4, 0)
+STEPS = (3, 8, 4, 4, 0)
 """Most steps: for the box, for the outline, and at each resolution."""
 DIRECTIONS = 32
 """Of the outline."""
@@ -39,47 +41,14 @@ STRETCHES = 16
 """Independent stretches of an outline: how often a mask measures how far off it is."""
 EDGE = 0.35
 """Square residual of a silhouette that is a pixel off, per pixel of its outline."""
+POOR = 2.0
+"""Of the cost that a right pose may have: above it, other joint states are tried, ..."""
+STATES = 5
+"""... so many of each."""
 BORDERS = 3
 """Pixels by which masks are made wider and narrower."""
 GRAIN = 0.03
 """Standard deviation of a rendered outline, of points drawn at random (share of the size)."""
-
-
-@dataclass(frozen=True, kw_only=True)
-class Uncertainty:
-    """Standard deviations of an estimate, and of the masks it is refined against.
-
-    Attributes:
-        rotation: Of the root (rad).
-        place: Of the root's place in the image, x/z and y/z.
-        log_depth: Of the logarithm of its distance.
-        joint: Of each joint's state, as a share of its range.
-        log_scale: Of the logarithm of each part's size along x, y, z; 0 holds the shape.
-        outline: Of the masks' outline and of the object's (share of its size in the image).
-        border: Of how far masks reach beyond the object, or fall short of it, by the same all
-            round (share likewise); 0 where they are not wrong in this way.
-    """
-
-    rotation: float = 0.2
-    place: float = 0.05
-    log_depth: float = 0.12
-    joint: float = 0.15
-    log_scale: float = 0.0
-    outline: float = 0.01
-    border: float = 0.0
-
-    def __post_init__(self) -> None:
-        for name, value in vars(self).items():
-            if not (value > 0 or (name in ("log_scale", "border") and value == 0)):
-                raise UsageError(f"the uncertainty of {name} is {value}; it must be positive")
-
-    def deviations(self, body: Body, extent: float) -> FloatArray:
-        """(D,) of every degree of freedom, of an object of ``extent`` in x/z."""
-        span = np.maximum(body.limits[:, 1] - body.limits[:, 0], 1e-3)
-        root = [self.rotation] * 3 + [self.place] * 2 + [self.log_depth]
-        scale = [self.log_scale] * body.center.size if self.log_scale > 0 else []
-        border = self.border * extent if self.border > 0 else 1.0
-        return np.concatenate([root, self.joint * span, [border], scale])
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -152,19 +121,22 @@ def refine(
     sure = uncertainty or Uncertainty()
     masks, known = _checked(bodies[0], masks, known)
     estimate = pose_of(bodies[0], cam_T_root, joint_state)
-    rendered = [k for k, most in enumerate(steps[2:]) if most > 0 or starts > 1]
+    rendered = [k for k, most in enumerate(steps[2:]) if most > 0]
     box, around, *levels = _problems(bodies, rendered, estimate, masks, known, K, sure)
-    left = [steps[1], *(steps[2 + k] for k in rendered)]
-    pose, cost, taken, converged = descend(
-        box, spread(bodies[0], estimate, sure, starts), steps[0], until
-    )
-    for problem, most in zip([around, *levels], left, strict=True):
-        if time.perf_counter() >= until or (most == 0 and len(cost) == 1):
-            continue
-        pose, cost, used, converged = descend(problem, pose, most, until)
-        best = np.argsort(cost)[: max(1, len(cost) // 4)]
-        pose, cost, taken = pose.pick(best), cost[best], taken + used
-    shares = [_distance(around, p, sure.outline) for p in (pose.pick(np.array([0])), estimate)]
+    left = [steps[k + 2] for k in rendered]
+    several = spread(bodies[0], estimate, sure, starts)
+    pose, cost, taken, converged = descend(box, several, steps[0], until)
+    found = _narrowed([(around, steps[1]), *zip(levels, left, strict=True)], pose, cost, until)
+    taken += found.steps
+    poor = found.cost > POOR * STRETCHES * len(masks)
+    if poor and starts > 1 and levels and time.perf_counter() < until:
+        others = other_states(bodies[0], found.pose, STATES)
+        others, cost = _best(others, levels[0].system(others)[0], starts)
+        again = _narrowed(list(zip(levels, left, strict=True)), others, cost, until)
+        taken += again.steps
+        found = min(found, again, key=lambda f: f.cost)
+    pose, converged = found.pose, found.converged or (converged and not found.steps)
+    shares = [_distance(around, p, sure.outline) for p in (pose, estimate)]
     better = shares[0] <= shares[1]
     return _result(
         bodies[0],
@@ -176,37 +148,35 @@ def refine(
     )
 
 
-def spread(body: Body, estimate: Pose, uncertainty: Uncertainty, count: int) -> Pose:
-    """The estimate and ``count`` − 1 poses around it, turned about axes all around, joints moved.
+@dataclass(frozen=True, kw_only=True)
+class _Found:
+    """The best start, its cost, the steps taken, and whether it has come to rest."""
 
-    Turns are 0.8 and 1.6 standard deviations by turns, joints up to 2.
-    """
-    i = np.arange(count)
-    height = 1 - 2 * (i - 0.5) / max(1, count - 1)
-    ring = np.sqrt(np.clip(1 - height**2, 0, 1))
-    turn = i * np.pi * (1 + 5**0.5)
-    axis = np.stack([ring * np.cos(turn), ring * np.sin(turn), height], axis=-1)
-    angle = uncertainty.rotation * np.where(i % 2, 1.6, 0.8) * (i > 0)
-    joint = np.arange(1, len(body.parent) + 1)
-    golden = np.mod(i[:, None] / (1 + _plastic(len(joint))) ** joint, 1) * 2 - 1
-    span = body.limits[:, 1] - body.limits[:, 0]
-    shift = golden * (i > 0)[:, None] * 2 * uncertainty.joint * span
-    state = np.clip(estimate.joint_state + shift, body.limits[:, 0], body.limits[:, 1])
-    return Pose(
-        rotation=rotation_of(axis * angle[:, None]) @ estimate.rotation,
-        anchor=np.repeat(estimate.anchor, count, axis=0),
-        joint_state=state,
-        log_scale=np.repeat(estimate.log_scale, count, axis=0),
-        border=np.repeat(estimate.border, count),
-    )
+    pose: Pose
+    cost: float
+    steps: int
+    converged: bool
 
 
-def _plastic(dimensions: int) -> float:
-    """φ − 1, where φ^(d+1) = φ + 1: multiples of 1/φ, 1/φ², ... fill a cube evenly."""
-    root = 1.5
-    for _ in range(30):
-        root = (1 + root) ** (1 / (dimensions + 1))
-    return root - 1
+def _narrowed(
+    problems: Sequence[tuple[Problem, int]], pose: Pose, cost: FloatArray, until: float
+) -> _Found:
+    """Solve problems in turn, each for the best quarter of the starts of the one before."""
+    taken, converged = 0, False
+    for problem, most in problems:
+        if time.perf_counter() >= until or (most == 0 and len(cost) == 1):
+            continue
+        pose, cost, used, converged = descend(problem, pose, most, until)
+        pose, cost = _best(pose, cost, max(1, len(cost) // 4))
+        taken += used
+    pose, cost = _best(pose, cost, 1)
+    return _Found(pose=pose, cost=float(cost[0]), steps=taken, converged=converged)
+
+
+def _best(pose: Pose, cost: FloatArray, count: int) -> tuple[Pose, FloatArray]:
+    """The ``count`` starts that cost least, in this order."""
+    best = np.argsort(cost, kind="stable")[:count]
+    return pose.pick(best), cost[best]
 
 
 def _problems(

@@ -146,10 +146,14 @@ def _write_labels(
     joint = history.joints[j]
     x1, y1, x2, y2 = panel.box
     small = font(13 * unit)
-    pen.text((x1, y1 - 15 * unit), joint.name, WHITE, font(17 * unit), "lm")
+    now = ""
     if history.states[-1]:
         now = f"{state_text(joint)} ± {state_text(joint, history.deviations[-1][j])}"
-        pen.text((x2, y1 - 15 * unit), now, part_color(j + 1), font(17 * unit), "rm")
+    title = font(17 * unit)
+    if title.getlength(f"{joint.name}   {now}") > x2 - x1:
+        title = small
+    pen.text((x1, y1 - 15 * unit), joint.name, WHITE, title, "lm")
+    pen.text((x2, y1 - 15 * unit), now, part_color(j + 1), title, "rm")
     for state in _ticks(joint):
         ((_, y),) = panel.at(np.array([panel.start]), np.array([state]))
         pen.text((x1 - 8 * unit, y), _tick_text(joint, state), GREY, small, "rm")

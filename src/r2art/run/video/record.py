@@ -8,9 +8,10 @@ from r2art.run.files import write_whole
 from r2art.run.video.annotate import Annotator
 from r2art.run.video.frame import Tracked
 from r2art.run.video.plot import plot
+from r2art.run.video.source import ANNOTATED
 from r2art.run.video.writer import Film, Lines
 
-FILM, LINES, PLOT = ".tracked.mp4", ".tracked.jsonl", ".joints.png"
+LINES, PLOT = ".tracked.jsonl", ".joints.png"
 
 
 def json_line(seen: Tracked, source: str) -> str:
@@ -33,7 +34,7 @@ class Recorder:
         self._annotator = Annotator()
         self._plot = folder / (name + PLOT)
         self._lines = Lines(folder / (name + LINES))
-        self._film = Film(folder / (name + FILM)) if film else None
+        self._film = Film(folder / (name + ANNOTATED)) if film else None
 
     def add(self, seen: Tracked) -> None:
         """One more frame."""

@@ -17,6 +17,8 @@ FILMS = frozenset(
     | {".wmv", ".flv", ".ogv", ".mjpeg", ".y4m"}
 )
 """Endings by which a file is taken for a film without being told."""
+ANNOTATED = ".tracked.mp4"
+"""How r2art's own films end; a glob leaves them out."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -46,7 +48,8 @@ def films_of(pattern: str) -> list[str]:
     if Path(pattern).suffix.lower() not in FILMS or Path(pattern).is_dir():
         return []
     if not Path(pattern).exists() and glob.has_magic(pattern):
-        return sorted(glob.glob(os.path.expanduser(pattern), recursive=True)) or [pattern]
+        found = glob.glob(os.path.expanduser(pattern), recursive=True)
+        return sorted(p for p in found if not p.endswith(ANNOTATED)) or [pattern]
     return [pattern]
 
 

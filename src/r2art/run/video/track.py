@@ -104,7 +104,7 @@ class Tracker:
     def polling(self) -> bool:
         """Whether category or camera are still to be settled."""
         open_camera = self._camera is None or self._source == "guessed"
-        return (self._category is None or open_camera) and not self._poll.closed
+        return (self._given_category is None or open_camera) and not self._poll.closed
 
     def poll(self, frame: Frame) -> None:
         """Let a frame vote on what is not known yet, without following anything."""

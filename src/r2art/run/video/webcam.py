@@ -15,6 +15,9 @@ from r2art.run.video.source import Source
 
 T = TypeVar("T")
 
+PAUSE = 0.002
+"""Seconds between two looks at a camera that has no picture yet."""
+
 # FFmpeg's device and the name of camera N, by platform.
 DEVICES = {
     "linux": ("v4l2", "/dev/video{}"),
@@ -49,11 +52,17 @@ def _frames(number: str) -> Iterator[Frame]:
         ) from None
     with camera:
         began = time.monotonic()
-        try:
-            for frame in camera.decode(video=0):
-                yield Frame(time=time.monotonic() - began, image=upright(frame))
-        except av.error.FFmpegError as error:
-            raise InputError(f"webcam {number} has stopped ({error.strerror})") from None
+        while True:
+            try:
+                frame = next(camera.decode(video=0))
+            except av.error.BlockingIOError:  # macOS has no picture yet
+                time.sleep(PAUSE)
+                continue
+            except (StopIteration, av.error.EOFError):
+                return
+            except av.error.FFmpegError as error:
+                raise InputError(f"webcam {number} has stopped ({error.strerror})") from None
+            yield Frame(time=time.monotonic() - began, image=upright(frame))
 
 
 def newest(items: Iterable[T]) -> Iterator[T]:
