@@ -213,7 +213,7 @@ def save(clip: Clip, path: Path) -> None:
 def main() -> None:
     parser = argparse.ArgumentParser(description="Benchmark tracking on rendered clips.")
     parser.add_argument("--laptops", type=int, default=4)
-    parser.add_argument("--drawers", type=int, default=1)
+    parser.add_argument("--drawers", type=int, default=2)
     parser.add_argument("--frames", type=int, default=60)
     parser.add_argument("--noise", action="store_true", help="on objects of the validation split")
     parser.add_argument("--results", type=Path, help="write the section on figures of this page")

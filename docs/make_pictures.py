@@ -6,8 +6,9 @@ Run from the repository's root after `pip install -e '.[train]'`:
 
 Every picture is an object of the project's own generators, under its true pose. With `--examples`
 it renders the example photos anew; with `--photos` it draws what the shipped model says about them
-(docs/images/prediction.jpg); with `--sheets` it draws 30 instances and 12 photos per category;
-`--overview` cuts the README's picture from these sheets.
+(docs/images/prediction.jpg); with `--gallery` it draws where that model fails; with `--sheets` it
+draws 30 instances and 12 photos per category; `--overview` cuts the README's picture from these
+sheets.
 With `--urdf PATH --name NAME` it draws all of that of a model:
 
     python docs/make_pictures.py --urdf panda_arm_hand.urdf --name panda --fix 'panda_finger_joint*'
@@ -275,6 +276,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description="Draw the pictures of the docs.")
     parser.add_argument("--examples", action="store_true", help="render the example photos anew")
     parser.add_argument("--photos", action="store_true", help="draw the example photos too")
+    parser.add_argument("--gallery", action="store_true", help="only draw where the model fails")
     parser.add_argument("--sheets", nargs="*", help="only draw sheets of these categories (or all)")
     parser.add_argument("--overview", action="store_true", help="only cut it from the sheets")
     parser.add_argument("--urdf", type=Path, help="only draw this arm of seven joints")
@@ -298,6 +300,11 @@ def main() -> None:
         return
     if args.overview:
         draw_overview(folder)
+        return
+    if args.gallery:
+        from gallery import draw_gallery
+
+        draw_gallery(folder)
         return
     for category, what in SHOWN.items():
         draw_convention(folder, Procedural(category), what)

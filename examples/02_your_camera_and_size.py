@@ -13,7 +13,7 @@ from r2art.core.prediction import Prediction
 
 HERE = Path(__file__).parent
 # A calibration, as OpenCV's calibrateCamera gives it (px of the picture it was made with).
-K = np.array([[1120.0, 0.0, 640.0], [0.0, 1120.0, 480.0], [0.0, 0.0, 1.0]])
+K = np.array([[1480.0, 0.0, 640.0], [0.0, 1480.0, 480.0], [0.0, 0.0, 1.0]])
 CALIBRATED_AT = (1280, 960)
 
 
@@ -43,7 +43,8 @@ def main() -> None:
     told("nothing known", predictor.predict(pixels, category="laptop"))
     told("EXIF", predictor.predict(photo, category="laptop"))
     told("a calibration", predictor.predict(photo, camera, "laptop"))
-    told("field of view of 60°", predictor.predict(photo, r2art.Camera.from_fov(1.047, *photo.size)))
+    wider = r2art.Camera.from_fov(np.radians(60), *photo.size)
+    told("a field of view of 60°", predictor.predict(photo, wider, "laptop"))
     told("it is 31 cm wide", predictor.predict(photo, camera, "laptop", size=0.31))
     told("it is 0.8 m away", predictor.predict(photo, camera, "laptop", depth=0.8))
 

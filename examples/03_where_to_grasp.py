@@ -29,7 +29,7 @@ def grip(prediction: Prediction, joint: JointEstimate, state: float) -> NDArray[
     names = [part.name for part in prediction.parts]
     part = prediction.part(joint.child)
     part_T_grip = np.eye(4)
-    part_T_grip[:3, 3] = part.box_center + [0, 0, part.box_size[2] / 2]
+    part_T_grip[:3, 3] = part.box_center + part.box_size * (0, 0, 0.5)
     poses = part_poses(prediction, {joint.name: state})
     return poses[names.index(joint.child)] @ part_T_grip
 
@@ -44,7 +44,7 @@ def main(photo: str | Path) -> None:
         x, y, z = (BASE_T_CAM @ grip(prediction, joint, float(state)))[:3, 3]
         print(f"  open by {100 * state:5.1f} cm: {x:+.3f} {y:+.3f} {z:+.3f}")
     if prediction.scale.source == "prior":
-        print(f"metres are a guess, off by about {prediction.scale.spread or 0:.0%}: measure one side")
+        print(f"metres are a guess, off by about {prediction.scale.spread or 0:.0%}")
 
 
 if __name__ == "__main__":

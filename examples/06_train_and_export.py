@@ -10,7 +10,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import r2art
-from r2art.data.objects import Procedural
+from r2art.data.objects import Procedural, Split
 from r2art.data.shards import Dataset
 from r2art.data.synth import Synth, synth
 from r2art.learn.export import export
@@ -21,11 +21,12 @@ from r2art.run.predictor import SHIPPED_MODEL
 OUT = Path("r2art_out")
 
 
-def photos(split: str, n: int) -> Path:
+def photos(split: Split, n: int) -> Path:
     """A dataset of single drawers; training and validation never share one."""
     folder = OUT / f"drawers-{split}"
-    objects = Procedural("drawer_single")
-    synth(Synth(objects=objects, n=n, seed=0, split=split, size=128, backgrounds=None, out=folder))
+    what = Procedural("drawer_single")
+    options = {"seed": 0, "size": 128, "backgrounds": None, "workers": 1}
+    synth(Synth(objects=what, n=n, split=split, out=folder, **options))
     return folder
 
 
@@ -44,8 +45,7 @@ def main(steps: int) -> None:
     )
     export(run, model)
     predictor = r2art.load(model)
-    dataset = Dataset.open(photos("val", 2))
-    sample = dataset[0]
+    sample = Dataset.open(photos("val", 2))[0]
     prediction = predictor.predict(sample.image, sample.camera, "drawer_single", sample.box)
     told, true = prediction.joints[0].state, sample.joint_state[0]
     print(f"{', '.join(predictor.categories)}: open by {told:.3f} m, in truth {true:.3f} m")

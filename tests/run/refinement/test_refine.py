@@ -1,6 +1,7 @@
 """Refinement: derivatives, invariances, and objects that come home."""
 
 import math
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
@@ -9,20 +10,26 @@ from PIL import Image, ImageDraw
 
 from r2art.core.category import Category, Joint
 from r2art.core.errors import InputError, UsageError
+from r2art.core.mesh import Mesh
 from r2art.run.refinement.body import body_of
+from r2art.run.refinement.coverage import coverage_errors
 from r2art.run.refinement.outline import outline, reach_errors
 from r2art.run.refinement.pose import (
+    Place,
     Pose,
     derivatives,
     difference,
+    motions,
     moved,
     pose_of,
     posed,
     rotation_of,
     vector_of,
 )
-from r2art.run.refinement.refine import Uncertainty, refine, resolutions, spread
+from r2art.run.refinement.refine import refine, resolutions
+from r2art.run.refinement.search import other_states, spread
 from r2art.run.refinement.silhouettes import pixel_errors, pyramid
+from r2art.run.refinement.uncertainty import Uncertainty
 
 SIZE = 160
 K = np.array([[220.0, 0, 80], [0, 210, 78], [0, 0, 1]])
@@ -78,9 +85,29 @@ def notebook() -> Category:
     )
 
 
+@pytest.fixture(scope="module", params=["points", "mesh"])
+def bodies(notebook, request):
+    """Known by points alone, as of old model files, or by a mesh."""
+    mesh = box_mesh(notebook.box_center, notebook.box_size)
+    return resolutions(replace(notebook, mesh=mesh if request.param == "mesh" else None))
+
+
 @pytest.fixture(scope="module")
-def bodies(notebook):
+def points(notebook):
     return resolutions(notebook)
+
+
+def box_mesh(center: np.ndarray, size: np.ndarray) -> Mesh:
+    """The boxes themselves."""
+    corner = np.array(np.meshgrid(*[[-0.5, 0.5]] * 3, indexing="ij")).reshape(3, -1).T
+    quads = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
+    faces = np.array([[(a, b, c), (a, c, d)] for a, b, c, d in quads]).reshape(-1, 3)
+    parts = np.arange(len(center))
+    return Mesh(
+        vertices=(center[:, None] + size[:, None] * corner).reshape(-1, 3),
+        faces=(faces + 8 * parts[:, None, None]).reshape(-1, 3),
+        part=np.repeat(parts, 8),
+    )
 
 
 def a_pose(body, count: int = 1, seed: int = 0) -> Pose:
@@ -129,8 +156,9 @@ def _turn(a, b, c) -> float:
 
 
 def add(body, a: Pose, b: Pose) -> float:
-    """Mean distance of the object's points in two poses (m)."""
-    return float(np.linalg.norm(posed(body, a).points - posed(body, b).points, axis=2).mean())
+    """Mean distance of the tips of the object's parts in two poses (m)."""
+    ends = [posed(body.outlined(), pose).points for pose in (a, b)]
+    return float(np.linalg.norm(ends[0] - ends[1], axis=2).mean())
 
 
 def refined(bodies, start: Pose, masks, **options):
@@ -148,13 +176,13 @@ def off(body, pose: Pose, *, turn=0.3, depth=0.1, joints=0.2, place=0.02) -> Pos
 
 
 @pytest.mark.parametrize("scale", [False, True])
-def test_points_move_as_their_derivatives_say(bodies, scale):
-    body, rng = bodies[0], np.random.default_rng(1)
+def test_points_move_as_their_derivatives_say(points, scale):
+    body, rng = points[0], np.random.default_rng(1)
     pose = a_pose(body, 2)
     pose = Pose(**{**vars(pose), "log_scale": 0.1 * rng.normal(size=pose.log_scale.shape)})
     by_points, by_patches = derivatives(body, pose, posed(body, pose), scale=scale)
     D = by_points.shape[2]
-    assert 8 + (9 if scale else 0) == D
+    assert 9 + (9 if scale else 0) == D
     for d in range(D):
         step = np.zeros((2, D))
         step[:, d] = 1e-6
@@ -165,30 +193,53 @@ def test_points_move_as_their_derivatives_say(bodies, scale):
         np.testing.assert_allclose(slope, by_patches[:, :, d], atol=1e-8)
 
 
+@pytest.mark.parametrize("scale", [False, True])
+def test_single_points_move_as_all_do(notebook, points, scale):
+    body, rng = body_of(notebook), np.random.default_rng(1)
+    pose = a_pose(body, 2)
+    pose = Pose(**{**vars(pose), "log_scale": 0.1 * rng.normal(size=pose.log_scale.shape)})
+    at = posed(body, pose)
+    start, part, point = rng.integers(2, size=40), rng.integers(3, size=40), np.arange(40)
+    place = Place(start=start, part=part, rest=body.points[part, :, point])
+    x = place.seen(body, pose, at)
+    np.testing.assert_allclose(x, at.points[start, part, :, point], atol=1e-12)
+    by_points, _ = derivatives(body, pose, at, scale=scale)
+    moves = motions(body, pose, at, place, x, scale=scale)
+    np.testing.assert_allclose(moves, by_points[start, part, :, :, point], atol=1e-12)
+
+
 @pytest.mark.parametrize("by_part", [False, True])
-def test_errors_move_as_their_derivatives_say(bodies, by_part):
-    """Those of the masks' own softness are left out: it follows the rendering without a slope."""
-    body = bodies[0]
+@pytest.mark.parametrize("what", ["points", "mesh", "outline"])
+def test_errors_move_as_their_derivatives_say(notebook, by_part, what):
+    """Those of the rendered masks' own softness are left out: it follows the rendering."""
+    mesh = box_mesh(notebook.box_center, notebook.box_size)
+    body = resolutions(replace(notebook, mesh=mesh if what == "mesh" else None))[0]
     pose = a_pose(body, 2)
     masks = box_masks(body, a_pose(body))
     masks = masks if by_part else masks.max(axis=0, keepdims=True)
-    around = outline(masks, np.ones_like(masks), K, 16)
-    (level,) = pyramid(0 * masks, np.ones_like(masks), K, around.corners, (28,))
-    for measure in (
-        lambda p: pixel_errors(body, p, level, scale=True),
-        lambda p: reach_errors(body, p, around, scale=True),
-    ):
-        _, slopes = measure(pose)
-        for d in range(slopes.shape[1]):
-            step = np.zeros((2, slopes.shape[1]))
-            step[:, d] = 1e-6
-            numeric = (measure(moved(body, pose, step))[0] - measure(pose)[0]) / 1e-6
-            np.testing.assert_allclose(numeric, slopes[:, d], atol=2e-4 * np.abs(slopes).max())
+    known = np.ones_like(masks)
+    around = outline(masks, known, K, 16)
+    shown = masks if what == "mesh" else 0 * masks
+    soft = what != "mesh"
+    (level,) = pyramid(shown, known, K, around.corners, (28,), soft=soft, borders=2)
+
+    def measure(p):
+        if what == "outline":
+            return reach_errors(body, p, around, scale=True)
+        errors = pixel_errors if what == "points" else coverage_errors
+        return errors(body, p, level, scale=True)
+
+    _, slopes = measure(pose)
+    for d in range(slopes.shape[1]):
+        step = np.zeros((2, slopes.shape[1]))
+        step[:, d] = 1e-7
+        numeric = (measure(moved(body, pose, step))[0] - measure(pose)[0]) / 1e-7
+        np.testing.assert_allclose(numeric, slopes[:, d], atol=2e-4 * np.abs(slopes).max())
 
 
 def test_the_difference_of_two_poses_leads_from_one_to_the_other(bodies):
     pose = a_pose(bodies[0], 3)
-    step = 0.01 * np.random.default_rng(0).uniform(-1, 1, (3, 17))
+    step = 0.01 * np.random.default_rng(0).uniform(-1, 1, (3, 18))
     there = moved(bodies[0], pose, step)
     np.testing.assert_allclose(difference(bodies[0], there, pose, scale=True), step, atol=1e-9)
 
@@ -336,7 +387,7 @@ def test_it_may_be_stopped_at_any_time_and_is_never_worse(bodies):
         assert result.residual <= result.start_residual
         assert result.steps <= sum(steps)
         residuals.append(result.residual)
-    assert all(after <= before + 1e-4 for before, after in pairwise(residuals))
+    assert all(after <= before + 2e-3 for before, after in pairwise(residuals))
     assert residuals[-1] < 0.1 * residuals[0]
     at_once, pose = refined(bodies, start, masks, seconds=0.0)
     assert at_once.steps == 0
@@ -371,3 +422,28 @@ def test_masks_that_cannot_be_meant_are_refused(bodies, masks, error):
 def test_an_uncertainty_must_be_positive():
     with pytest.raises(UsageError, match="log_depth is 0"):
         Uncertainty(log_depth=0)
+
+
+def test_a_mask_that_is_too_wide_all_round_is_seen_to_be(bodies):
+    """Only the border's own freedom tells it from an object that is nearer."""
+    true = a_pose(bodies[0])
+    wide = np.stack([_grown(m, 2) for m in box_masks(bodies[0], true)])
+    start = off(bodies[0], true, turn=0.1, depth=0.05, joints=0.05)
+    sure = Uncertainty(rotation=0.06, log_depth=0.05, joint=0.05, outline=0.005)
+    _, blind = refined(bodies, start, wide, uncertainty=sure)
+    _, seeing = refined(bodies, start, wide, uncertainty=replace(sure, border=0.03))
+    assert add(bodies[0], seeing, true) < 0.6 * add(bodies[0], blind, true)
+
+
+def _grown(mask: np.ndarray, pixels: int) -> np.ndarray:
+    shifts = range(-pixels, pixels + 1)
+    return np.max([np.roll(mask, (dy, dx), (0, 1)) for dy in shifts for dx in shifts], axis=0)
+
+
+def test_other_states_change_one_joint_at_a_time(bodies):
+    pose = a_pose(bodies[0])
+    others = other_states(bodies[0], pose, 4)
+    changed = others.joint_state != pose.joint_state
+    assert changed.sum(axis=1).tolist() == [0] + 8 * [1]
+    low, high = bodies[0].limits.T
+    assert ((others.joint_state >= low) & (others.joint_state <= high)).all()

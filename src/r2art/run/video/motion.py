@@ -43,7 +43,7 @@ CALM = Spread(rotation=0.08, place=0.015, joint=0.25)
 """What changes the rates of a calm object within a second (per √s)."""
 UNKNOWN = Spread(rotation=0.5, place=0.2, joint=0.7)
 """Rates (per s) of an object of which only one frame has been seen."""
-MEMORY = 0.4
+MEMORY = 0.3
 """Weight of the newest innovation in their mean."""
 PATIENCE = 5.0
 """Mean innovations this many times as large (squared) as chance makes them are still chance."""

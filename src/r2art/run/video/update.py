@@ -15,7 +15,7 @@ from r2art.run.video.state import Measurement, State, groups
 
 FloatArray = NDArray[np.floating]
 
-SURPRISE = 3.0
+SURPRISE = 2.0
 """Root mean square innovation of a group (standard deviations) up to which it counts fully ..."""
 ABSURD = 8.0
 """... and beyond which not at all."""
