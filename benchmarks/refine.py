@@ -320,12 +320,12 @@ def targets(scores: dict[str, dict[str, Scores]]) -> list[str]:
         line("near: success ≥ 98 %", "near", lambda s: s.success >= 98),
         line("near: the same where the mask tells", "near", lambda s: s.success_where_told >= 98),
         line("near, part masks: success ≥ 98 %", "near, part masks", lambda s: s.success >= 98),
-        line("near: median ADD ≤ 1 %", "near", lambda s: np.median(s.after) <= 1),
-        line("near: ≤ 20 ms", "near", lambda s: np.median(s.milliseconds) <= 20),
+        line("near: median ADD ≤ 1 %", "near", lambda s: bool(np.median(s.after) <= 1)),
+        line("near: ≤ 20 ms", "near", lambda s: bool(np.median(s.milliseconds) <= 20)),
         line("far: success ≥ 95 %", "far", lambda s: s.success >= 95),
         line("wide: success ≥ 90 %", "wide", lambda s: s.success >= 90),
         line("wide: the same where the mask tells", "wide", lambda s: s.success_where_told >= 90),
-        line("wide: ≤ 100 ms", "wide", lambda s: np.median(s.milliseconds) <= 100),
+        line("wide: ≤ 100 ms", "wide", lambda s: bool(np.median(s.milliseconds) <= 100)),
         line("shape ±5 %: better in ≥ 90 %, worst ≤ 1.5×", "shape ±5 %", wrong),
     ]
 

@@ -56,11 +56,9 @@ def _worst(predictor: Predictor, name: str, folder: Path) -> Image.Image:
     if not math.isfinite(error):
         lines = [f"{name}: taken for a {prediction.category}"]
     else:
-        off = [
-            f"{joint.name} off by {state_text(joint, float(e))}"
-            for joint, e in zip(prediction.joints, scores.state_aligned, strict=True)
-        ]
-        lines = [f"{name}: worst part off by {error:.0%}", ", ".join(off)]
+        pairs = zip(prediction.joints, scores.state_aligned, strict=True)
+        off = ", ".join(state_text(joint, float(e)) for joint, e in pairs)
+        lines = [f"{name}: worst part off by {error:.0%}", f"joints off by {off}"]
     sure = min(part.confidence for part in prediction.parts)
     seen = float(np.min(scores.visible))
     return _tile(prediction, [*lines, f"sure {sure:.0%}; least part seen {seen:.0%}"])

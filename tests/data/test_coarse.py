@@ -46,7 +46,11 @@ def test_it_looks_the_same_from_all_sides(name):
         faces = mesh.faces[mesh.part[mesh.faces[:, 0]] == p]
         normals = np.tile([0.0, 0, 1], (len(mesh.vertices), 1))
         coarse.append(
-            [replace(part[0], vertices=mesh.vertices, faces=faces, normals=normals, uv=normals[:, :2])]
+            [
+                replace(
+                    part[0], vertices=mesh.vertices, faces=faces, normals=normals, uv=normals[:, :2]
+                )
+            ]
         )
     rng, shared, either = np.random.default_rng(0), 0, 0
     for _ in range(4):
@@ -61,7 +65,8 @@ def test_a_prior_of_before_gets_the_mesh_it_would_have():
     objects = [make_instance("laptop", seed) for seed in range(6)]
     prior = category_prior(objects, staging("laptop"))
     again = with_mesh(replace(prior, mesh=None), objects).mesh
-    assert prior.mesh is not None and again is not None
+    assert prior.mesh is not None
+    assert again is not None
     np.testing.assert_allclose(again.vertices, prior.mesh.vertices)
     np.testing.assert_array_equal(again.faces, prior.mesh.faces)
     other = replace(prior, mesh=None, box_size=1.2 * prior.box_size)

@@ -27,7 +27,10 @@ def test_it_serves_until_ctrl_c():
         with urllib.request.urlopen(found[1], timeout=30) as page:
             assert b"<html" in page.read()
         process.send_signal(signal.SIGINT)
-        out, err = process.communicate(timeout=60)
+        try:
+            out, err = process.communicate(timeout=60)
+        finally:
+            process.kill()  # else the test would wait for what does not end
     assert (process.returncode, out, err) == (0, b"", b"")
 
 

@@ -132,9 +132,7 @@ class Category:
                 frontal_area=meta["frontal_area"],
                 size_spread=meta.get("size_spread", 0.0),
                 shape_basis=f.get("shape_basis"),
-                mesh=Mesh(
-                    vertices=f["mesh_vertices"], faces=f["mesh_faces"], part=f["mesh_part"]
-                )
+                mesh=Mesh(vertices=f["mesh_vertices"], faces=f["mesh_faces"], part=f["mesh_part"])
                 if "mesh_faces" in f
                 else None,
             )

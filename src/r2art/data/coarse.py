@@ -140,9 +140,7 @@ def _quadrics(vertices: FloatArray, faces: Indices) -> FloatArray:
     planes = [_products(normal, corners[:, 0]) * area[:, None]] * 3
     ends = np.stack([faces, np.roll(faces, -1, axis=1)], axis=-1).reshape(-1, 2)
     low, high = np.sort(ends, axis=1).T
-    _, place, count = np.unique(
-        low * len(vertices) + high, return_inverse=True, return_counts=True
-    )
+    _, place, count = np.unique(low * len(vertices) + high, return_inverse=True, return_counts=True)
     open_edges = np.flatnonzero(count[place.reshape(-1)] == 1)
     a, b = ends[open_edges].T
     along = vertices[b] - vertices[a]

@@ -1,5 +1,6 @@
 """`r2art predict` on clips, as a user meets it, and the pictures it draws."""
 
+import contextlib
 import json
 import os
 import signal
@@ -110,13 +111,16 @@ def test_without_the_extra_it_says_what_to_install(clip, tmp_path, capsys, monke
 
 def test_interrupted_it_keeps_what_is_done(clip, tmp_path, capsys):
     def interrupt():
-        """Once the first lines are written."""
-        until = time.monotonic() + 60
-        while not any(p.stat().st_size for p in tmp_path.glob("out/.long.tracked.jsonl*")):
-            if time.monotonic() > until:
-                return
+        """Once the first lines are written, and again if it goes on for many more."""
+        wanted, until = 1, time.monotonic() + 60
+        while time.monotonic() < until and not (tmp_path / "out" / "long.tracked.jsonl").exists():
+            with contextlib.suppress(FileNotFoundError):
+                growing = list((tmp_path / "out").glob(".long.tracked.jsonl*"))
+                size = growing[0].stat().st_size if growing else 0
+                if size >= wanted:
+                    wanted = size + 20_000
+                    os.kill(os.getpid(), signal.SIGINT)
             time.sleep(0.01)
-        os.kill(os.getpid(), signal.SIGINT)
 
     threading.Thread(target=interrupt, daemon=True).start()
     assert run("predict", clip / "long.mp4", *KNOWN, "--out", "out") == 130

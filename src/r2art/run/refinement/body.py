@@ -2,7 +2,8 @@
 
 NumPy alone. Letters: S starts, P parts, J joints, M points per part, D degrees of freedom:
 rotation (3, rad, about the anchor, camera axes), the anchor's x/z, y/z and log z, joint states
-(J), how far masks reach beyond the object (1), and optionally part log-scales (3 P). Metres, OpenCV camera axes.
+(J), how far masks reach beyond the object (1), and optionally part log-scales (3 P). Metres,
+OpenCV camera axes.
 """
 
 from collections.abc import Sequence

@@ -21,8 +21,10 @@ FloatArray = NDArray[np.floating]
 Indices = NDArray[np.integer]
 
 FINER = 3
+"""Cells along a pixel's side. Layers are cut off at 1 in every cell: where two edges of layers
+one behind the other share a cell, as those of a thin wall do, it counts as covered too much."""
 FULL = 1 - 1e-9
-"""Layers of a pixel that is wholly covered."""
+"""Layers of a cell that is wholly covered."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -110,42 +112,45 @@ def coverage_errors(
     ends = shell.edges[edge]
     place = Place(start=start[:, None], part=shell.part[ends], rest=shell.vertices[ends])
     x = place.seen(body, pose, at)
-    z = np.maximum(x[..., 2], NEAR)
-    G, I = level.size * FINER, level.images
-    focal = level.focal * FINER
-    uv = x[..., :2] / z[..., None] * focal + level.center * FINER
-    uv = np.clip(uv, -G, 2.0 * G)
-    begin, run = uv[:, 0], uv[:, 1] - uv[:, 0]
-    pieces = cut(begin, run)
-    image = start * I + (place.part[:, 0] if I > 1 else 0)
-    count = len(pose.rotation) * I
-    total = layers(pieces, way * run[:, 1], image, count, G)
-    g = level.size
-    covered = np.minimum(total, 1.0).reshape(count, g, FINER, g, FINER).mean(axis=(2, 4))
+    z = np.maximum(x[..., 2:], NEAR)
+    cells, pixels, focal = level.size * FINER, level.size, level.focal * FINER
+    uv = np.clip(x[..., :2] / z * focal + level.center * FINER, -cells, 2.0 * cells)
+    run = uv[:, 1] - uv[:, 0]
+    pieces = cut(uv[:, 0], run)
+    image = start * level.images + (place.part[:, 0] if level.images > 1 else 0)
+    starts = len(pose.rotation)
+    count = starts * level.images
+    total = layers(pieces, way * run[:, 1], image, count, cells)
+    covered = np.minimum(total, 1.0).reshape(count, pixels, FINER, pixels, FINER)
 
-    partial = (pieces.row >= 0) & (pieces.row < G) & (pieces.column >= 0) & (pieces.column < G)
-    index = (image[pieces.edge] * G + pieces.row) * G + pieces.column
-    partial[partial] = total.reshape(-1)[index[partial]] < FULL
-    index = (image[pieces.edge] * g + pieces.row // FINER) * g + pieces.column // FINER
-    index, which = index[partial], pieces.edge[partial]
-    used, which = np.unique(which, return_inverse=True)
+    bounds = _bounding(pieces, image, total)
+    index = image[pieces.edge] * pixels + pieces.row // FINER
+    index = (index * pixels + pieces.column // FINER)[bounds]
+    used, which = np.unique(pieces.edge[bounds], return_inverse=True)
     moves = motions(body, pose, at, place.pick(used), x[used], scale=scale)
-    by_uv = moves[..., :2] - (x[used][..., :2] / z[used][..., None])[:, :, None] * moves[..., 2:]
-    by_uv *= (focal / z[used][..., None])[:, :, None]
-    swept = (way[used, None, None] / FINER**2) * (
-        run[used, None, None, 0] * by_uv[..., 1] - run[used, None, None, 1] * by_uv[..., 0]
-    )
-    middle, share = pieces.middle[partial, None], pieces.share[partial, None]
+    by_uv = (moves[..., :2] - (x / z)[used][..., None, :2] * moves[..., 2:]) * focal
+    by_uv *= (way[used] / FINER**2)[:, None, None, None] / z[used][..., None]
+    across = run[used][:, None, None]
+    swept = across[..., 0] * by_uv[..., 1] - across[..., 1] * by_uv[..., 0]
+    middle, share = pieces.middle[bounds, None], pieces.share[bounds, None]
     flow = share * ((1 - middle) * swept[which, 0] + middle * swept[which, 1])
-    D = flow.shape[1]
-    slopes = np.stack([np.bincount(index, flow[:, d], count * g * g) for d in range(D)], axis=0)
-    slopes = slopes.reshape(D, len(pose.rotation), -1).transpose(1, 0, 2).copy()
+    slopes = [np.bincount(index, by, count * pixels**2).reshape(starts, -1) for by in flow.T]
+    slopes = np.stack(slopes, axis=1)
 
-    S = len(pose.rotation)
     wanted, by_border = level.wanted(pose.border)
+    slopes[:, body.border] = by_border.reshape(starts, -1)
     weight = level.weight.reshape(-1)
-    slopes[:, body.border] = by_border.reshape(S, -1)
-    return (covered.reshape(S, -1) - wanted.reshape(S, -1)) * weight, slopes * weight
+    error = covered.mean(axis=(2, 4)).reshape(starts, -1) - wanted.reshape(starts, -1)
+    return error * weight, slopes * weight
+
+
+def _bounding(pieces: Pieces, image: Indices, total: FloatArray) -> Indices:
+    """Pieces in cells that are not wholly covered: those whose move changes anything."""
+    size = total.shape[-1]
+    inside = (pieces.row >= 0) & (pieces.row < size) & (pieces.column >= 0)
+    inside = np.flatnonzero(inside & (pieces.column < size))
+    layers_there = total[image[pieces.edge[inside]], pieces.row[inside], pieces.column[inside]]
+    return inside[layers_there < FULL]
 
 
 def _eyes(body: Body, pose: Pose, at: Posed) -> FloatArray:

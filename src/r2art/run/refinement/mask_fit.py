@@ -13,8 +13,8 @@ from PIL import Image
 from r2art.core.errors import InputError, UsageError
 from r2art.core.image import ImageLike, Photo, View, crop_square, read_image
 from r2art.core.prediction import JointEstimate, PartEstimate, Prediction, Refinement
-from r2art.run.refinement.pose import Posed, pose_of, posed
 from r2art.run.refinement.body import Body
+from r2art.run.refinement.pose import Posed, pose_of, posed
 from r2art.run.refinement.refine import refine
 from r2art.run.refinement.uncertainty import Uncertainty
 

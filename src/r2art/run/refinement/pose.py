@@ -184,9 +184,8 @@ class Place:
         at_rest = self.rest
         if pose.log_scale.any():
             scale = np.exp(pose.log_scale)
-            at_rest = (
-                scale[start, 0] * body.center[part]
-                + scale[start, part] * (self.rest - body.center[part])
+            at_rest = scale[start, 0] * body.center[part] + scale[start, part] * (
+                self.rest - body.center[part]
             )
         turned = (at.rotation[start, part] @ at_rest[..., None])[..., 0]
         return turned + at.translation[start, part]
@@ -220,7 +219,9 @@ def motions(
         by[..., body.freedom :, :] = _shifts(body, pose, at)[start, part]
         for axis in range(3):
             own = body.freedom + 3 * part + axis
-            moved_by = np.take_along_axis(by, own[..., None, None], -2) + along[..., axis : axis + 1, :]
+            moved_by = (
+                np.take_along_axis(by, own[..., None, None], -2) + along[..., axis : axis + 1, :]
+            )
             np.put_along_axis(by, own[..., None, None], moved_by, -2)
     return by
 
@@ -298,7 +299,9 @@ def _shifts(body: Body, pose: Pose, at: Posed) -> FloatArray:
 
 def _crossed(a: FloatArray, b: FloatArray) -> FloatArray:
     """``a × b`` of (..., 3)."""
-    return np.stack(_components(a[..., 0], a[..., 1], a[..., 2], b[..., 0], b[..., 1], b[..., 2]), -1)
+    return np.stack(
+        _components(a[..., 0], a[..., 1], a[..., 2], b[..., 0], b[..., 1], b[..., 2]), -1
+    )
 
 
 def _cross(a: FloatArray, b: FloatArray) -> FloatArray:

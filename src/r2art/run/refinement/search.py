@@ -11,6 +11,7 @@ from r2art.run.refinement.uncertainty import Uncertainty
 
 FloatArray = NDArray[np.floating]
 
+
 def spread(body: Body, estimate: Pose, uncertainty: Uncertainty, count: int) -> Pose:
     """The estimate and ``count`` − 1 poses around it, turned about axes all around, joints moved.
 

@@ -64,7 +64,9 @@ class Level:
         """
         most = len(self.shares) // 2
         if most == 0:
-            return np.repeat(self.shares, len(border), 0), np.zeros((len(border), *self.weight.shape))
+            return np.repeat(self.shares, len(border), 0), np.zeros(
+                (len(border), *self.weight.shape)
+            )
         at = np.clip(most - border / self.border, 0, 2 * most - 1e-9)
         low = at.astype(np.intp)
         rest = (at - low)[:, None, None, None]
