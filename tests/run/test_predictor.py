@@ -146,8 +146,8 @@ def test_the_model_finds_box_and_category_by_itself(predictor, pixels):
 def test_a_blank_photo_is_rejected(predictor, pixels, grey):
     blank = np.full_like(pixels, grey)
     blank[1::2] = max(0, grey - 3)  # the noise of a sensor
-    for given in ({}, {"category": "laptop", "box": BOX}):
-        result = predictor.predict(blank, **given)
+    for known in ({}, {"category": "laptop", "box": BOX}):
+        result = predictor.predict(blank, **known)
         assert result.rejected == "the photo is blank"
         assert json.loads(result.to_json())["rejected"] == result.rejected
     assert predictor.predict(pixels).rejected is None

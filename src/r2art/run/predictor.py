@@ -220,7 +220,7 @@ def _is_blank(photo: Photo) -> bool:
 
 
 def _nothing_known(scores: NDArray[np.floating], categories: tuple[str, ...]) -> str | None:
-    """Why a photo is rejected, by a model that can say so (its last score, after the categories)."""
+    """Why a photo is rejected, by a model whose last score says that it shows no category."""
     doubt = float(scores[len(categories) :].sum())
     if doubt <= NOTHING_KNOWN:
         return None

@@ -65,9 +65,8 @@ class Difference:
     @property
     def is_small(self) -> bool:
         """Whether both say the same but for rounding."""
-        return (
-            self.same_category and max(self.rotation, self.joint) < ANGLE and self.length < LENGTH
-        )
+        small = max(self.rotation, self.joint) < ANGLE and self.length < LENGTH
+        return self.same_category and bool(small)
 
 
 def model_sha256() -> str:
