@@ -46,7 +46,7 @@ def main(steps: int) -> None:
     export(run, model)
     predictor = r2art.load(model)
     sample = Dataset.open(photos("val", 2))[0]
-    prediction = predictor.predict(sample.image, sample.camera, "drawer_single", sample.box)
+    prediction = predictor.predict(sample.image, sample.camera, "drawer_single")
     told, true = prediction.joints[0].state, sample.joint_state[0]
     print(f"{', '.join(predictor.categories)}: open by {told:.3f} m, in truth {true:.3f} m")
 

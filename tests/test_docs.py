@@ -119,6 +119,15 @@ def test_every_command_in_the_docs_can_be_read(line):
     assert parsed(line) == 0
 
 
+@pytest.mark.parametrize("line", [line for line in EVERY if line.startswith("accelerate ")])
+def test_accelerate_knows_its_options(line):
+    launch = pytest.importorskip("accelerate.commands.launch", reason="needs the extra `train`")
+    read = launch.launch_command_parser().parse_args(shlex.split(line)[2:])
+    assert read.module
+    assert read.training_script == "r2art"
+    assert read.training_script_args[0] == "train"
+
+
 def test_what_cannot_be_read_is_noticed(capsys):
     with pytest.raises(SystemExit):
         parsed("r2art predict photo.jpg --fov wide")

@@ -228,8 +228,8 @@ def _expand(patterns: Sequence[str]) -> tuple[list[Path], int]:
 def _save(prediction: "Prediction", photo: "Photo", stem: Path) -> None:
     from io import BytesIO
 
-    from r2art.run.files import OVERLAY, write_whole
     from r2art.run.export.glb import to_glb
+    from r2art.run.files import OVERLAY, write_whole
 
     png = BytesIO()
     prediction.draw(photo).save(png, "PNG", compress_level=1)

@@ -6,7 +6,6 @@ rotation (3, rad, about the anchor, camera axes), the anchor's x/z, y/z and log 
 OpenCV camera axes.
 """
 
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -114,15 +113,12 @@ class Body:
         return replace(self, points=self.points[..., :0], patches=self.patches[..., :0])
 
 
-def body_of(category: Category, vertices: Sequence[FloatArray] | None = None) -> Body:
+def body_of(category: Category) -> Body:
     """A category's mean object.
 
-    Args:
-        category: Its points, joints and boxes.
-        vertices: (V, 3) of the mesh of each part at rest (m), where there is one. Points drawn at
-            random on a surface leave its corners out, so that the object would seem 1 to 2 %
-            smaller than it is; without a mesh, the corners of the boxes that have a point near by
-            stand in.
+    Points drawn at random on a surface leave its corners out, so that the object would seem 1 to
+    2 % smaller than it is. Its outline is that of the mesh; without one, the corners of the boxes
+    that have a point near by stand in.
     """
     joints = category.joints
     points, normals = category.points.astype(float), category.normals.astype(float)
@@ -131,9 +127,10 @@ def body_of(category: Category, vertices: Sequence[FloatArray] | None = None) ->
     normals = np.take_along_axis(normals, order, axis=1)
     points = np.take_along_axis(points, order, axis=1)
     spacing = 1.2 * np.sqrt(np.asarray(category.areas, float) / points.shape[1])
-    boxes = zip(points, category.box_center, category.box_size, spacing, strict=True)
-    tips = [_corners(*box) for box in boxes] if vertices is None else map(extremes, vertices)
-    if (mesh := category.mesh) is not None:
+    if (mesh := category.mesh) is None:
+        boxes = zip(points, category.box_center, category.box_size, spacing, strict=True)
+        tips = [_corners(*box) for box in boxes]
+    else:
         tips = [extremes(mesh.vertices[mesh.part == p]) for p in range(len(points))]
     return Body(
         parent=tuple(j.parent for j in joints),

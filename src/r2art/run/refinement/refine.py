@@ -75,11 +75,9 @@ class Refined:
     converged: bool
 
 
-def resolutions(
-    category: Category, vertices: Sequence[FloatArray] | None = None
-) -> tuple[Body, ...]:
+def resolutions(category: Category) -> tuple[Body, ...]:
     """A category's mean object as each resolution needs it, see `body_of`. Slow; keep it."""
-    body = body_of(category, vertices)
+    body = body_of(category)
     if body.shell is not None:
         return (body.hollow(),) * len(POINTS)
     return tuple(body.thinned(count) for count in POINTS.values())
