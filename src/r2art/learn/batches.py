@@ -103,7 +103,8 @@ class Batches:
         """Backdrops that also stand for other objects: every fifth never does, for evaluation."""
         if self.backdrops is None:
             return None
-        return self.backdrops[torch.arange(len(self.backdrops)) % OTHERS_HELD_OUT != 0]
+        shown = torch.arange(len(self.backdrops)) % OTHERS_HELD_OUT != 0
+        return self.backdrops[shown] if shown.any() else None
 
     def turn(self, step: int) -> str:
         """Whose crops a step sees: by the recipe, or in proportion to a category's parts."""

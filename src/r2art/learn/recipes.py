@@ -81,6 +81,10 @@ class Recipe:
     seed: int = 0
     weights: Weights = field(default_factory=Weights)
 
+    def __post_init__(self) -> None:
+        if self.photos < 1 or self.others < 0:
+            raise ValueError(f"1 photo or more, {self.photos}, and 0 others or more, {self.others}")
+
     def make(self, categories: tuple[Category, ...]) -> Network:
         """The network of the recipe, with random weights."""
         if self.network == "paper":

@@ -1,12 +1,15 @@
 """Predictions from files: one, or one on each line as `r2art predict --json` prints them."""
 
 import json
+import re
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 from r2art.core.errors import InputError
 from r2art.core.prediction import Prediction
+
+BLANKS = re.compile(r"\s+")
 
 
 def read_predictions(path: Path) -> list[Prediction]:
@@ -37,14 +40,19 @@ def read_predictions(path: Path) -> list[Prediction]:
 
 def _values(text: str, path: Path) -> Iterator[Any]:
     """JSON values that follow one another, whatever blanks lie between."""
-    decoder, at = json.JSONDecoder(), 0
-    while rest := text[at:].lstrip():
-        at = len(text) - len(rest)
+    decoder, at = json.JSONDecoder(), _after_blanks(text, 0)
+    while at < len(text):
         try:
             value, at = decoder.raw_decode(text, at)
         except (ValueError, RecursionError) as error:
             raise InputError(f"{path} is not a prediction JSON: {error}") from None
         yield value
+        at = _after_blanks(text, at)
+
+
+def _after_blanks(text: str, at: int) -> int:
+    found = BLANKS.match(text, at)
+    return at if found is None else found.end()
 
 
 def _of_clip(content: Any) -> Any:

@@ -22,8 +22,6 @@ NEAR = 0.01
 """Metres; what is nearer contributes nothing."""
 MARGIN = 0.2
 """Of the window around the mask, on each side, in units of the mask's longer side."""
-LEAST_LAYERS = 0.5
-"""What is thinner than the kernel has fewer; it is not made thicker than this allows."""
 TAPS = int(np.ceil(2 * RADIUS))
 
 
