@@ -74,13 +74,13 @@ class Estimator:
         )
 
     def _no_object(self, prediction: Prediction) -> str | None:
-        """Why there is nothing to publish, or None."""
+        """Why no object is published, or None."""
         if prediction.rejected is not None:
-            return f"nothing is published: {prediction.rejected}"
+            return f"no object is published: {prediction.rejected}"
         score, least = prediction.category_score, self._settings.min_score
         if score is None or score >= least:
             return None
-        return f"nothing is published: {prediction.category} scores {score:.2f}, below {least:g}"
+        return f"no object is published: {prediction.category} scores {score:.2f}, below {least:g}"
 
     def _afresh(self, photo: Photo, camera: Camera, time: float) -> Prediction:
         told = self._settings

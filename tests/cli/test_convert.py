@@ -130,6 +130,17 @@ def test_a_clip_becomes_a_file_for_each_frame_that_shows_the_object(folder, caps
     assert "(2 files)" in capsys.readouterr().err
 
 
+def test_no_frame_of_a_clip_takes_the_name_of_another_prediction(folder):
+    (folder / "CLIP-000001.json").write_text(chest("single.jpg").to_json())
+    names = ("clip.jsonl", "CLIP-000001.json")
+    assert run("convert", *names, "--to", "json", "--out", "new") == 0
+    images = {
+        p.stem: Prediction.from_json(p.read_text()).image_path for p in (folder / "new").iterdir()
+    }
+    expected = {"clip-000000": "0.png", "clip-000001-2": "2.png", "CLIP-000001": "single.jpg"}
+    assert images == expected
+
+
 def test_what_is_broken_is_told_in_one_line_and_does_not_stop_the_others(folder, capsys):
     (folder / "out" / "a.json").write_text("{}")
     (folder / "out" / "photo.json").write_bytes(b"\x89PNG\r\n")

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from r2art.core.camera import Camera
-from r2art.core.draw import EDGES, LARGEST, SMALLEST, draw, facing
+from r2art.core.draw import EDGES, LARGEST, SMALLEST, draw, facing, joint_arrow
 from r2art.core.errors import InputError
 from r2art.core.image import Photo
 from r2art.core.palette import PART_COLORS
@@ -47,6 +47,17 @@ def test_a_box_seen_from_outside_shows_one_to_three_faces(x, y, z):
     assert 1 <= len(seen) <= 3
     assert (2, 0) in seen  # the face towards the camera
     assert len({axis for axis, _ in seen}) == len(seen)  # never a face and its opposite
+
+
+def test_a_joints_arrow_spans_a_hinge_and_leaves_a_slide(laptop):
+    (hinge,), lid = laptop.joints, laptop.part("lid")
+    along = (lid.corners() - hinge.pivot) @ hinge.axis
+    for kind in ("revolute", "prismatic"):
+        ends = np.array(joint_arrow(replace(hinge, kind=kind), lid)) - hinge.pivot
+        tail, tip = ends @ hinge.axis
+        np.testing.assert_allclose(ends, np.outer([tail, tip], hinge.axis), atol=1e-12)
+        assert tip > along.max()
+        assert tail < along.min() if kind == "revolute" else tail == 0
 
 
 polygons = arrays(float, (4, 3), elements=st.floats(-10, 10, width=16))

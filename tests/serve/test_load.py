@@ -92,6 +92,37 @@ def test_a_head_that_trickles_is_given_up(predictor, monkeypatch):
         assert served.client.get("/health").status_code == 200
 
 
+def ask_in_vain(connection):
+    """Announce a body where none is read, and hear so."""
+    connection.sendall(b"POST /health HTTP/1.1\r\nHost: x\r\nContent-Length: 100\r\n\r\n")
+    answer = b""
+    while not answer.endswith(b"}\n"):
+        answer += (piece := connection.recv(4000))
+        assert piece
+    assert answer.startswith(b"HTTP/1.1 405 ")
+
+
+def test_a_body_that_nobody_reads_cannot_hold_its_connection(predictor, monkeypatch):
+    monkeypatch.setattr(run, "LINGER", 0.5)
+    with running(predictor, Limits()) as served, served.connect() as connection:
+        ask_in_vain(connection)
+        connection.sendall(b"x")  # which ends the server's own waiting
+        start = time.monotonic()
+        while connection.recv(4000):
+            pass
+        assert time.monotonic() - start < 4
+
+
+def test_a_body_that_nobody_reads_but_ends_in_time_keeps_its_connection(predictor, monkeypatch):
+    monkeypatch.setattr(run, "LINGER", 0.5)
+    with running(predictor, Limits()) as served, served.connect() as connection:
+        ask_in_vain(connection)
+        connection.sendall(bytes(100))
+        time.sleep(1.0)
+        connection.sendall(b"GET /health HTTP/1.1\r\nHost: x\r\n\r\n")
+        assert connection.recv(4000).startswith(b"HTTP/1.1 200 ")
+
+
 def test_a_client_that_leaves_frees_its_place(predictor, photo):
     slow = SlowPredictor(predictor, 0.5)
     with running(slow, Limits(workers=1)) as served:

@@ -141,7 +141,7 @@ def test_a_bad_file_is_told_and_the_result_stays(shown, tmp_path):
 
 def test_a_file_too_large_never_leaves_the_browser(shown, tmp_path):
     page, session = shown
-    (tmp_path / "large.png").write_bytes(bytes(2 * 1024 * 1024))
+    (tmp_path / "large.png").write_bytes(bytes(2_000_000))
     page.set_input_files("input[type=file]", tmp_path / "large.png")
     page.get_by_role("alert").filter(
         has_text="large.png has 2.0 MB, the limit is 1.0 MB"

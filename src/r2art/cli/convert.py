@@ -82,7 +82,7 @@ def convert(
 def _read(patterns: Sequence[str]) -> tuple[dict[str, "Prediction"], int]:
     """Every prediction meant, by the name of its results, and the exit code so far."""
     from r2art.run.export.reading import read_predictions
-    from r2art.run.files import find_predictions, result_names
+    from r2art.run.files import find_predictions, result_names, untaken
 
     exit_code = 0
     paths: dict[Path, Path] = {}
@@ -93,7 +93,9 @@ def _read(patterns: Sequence[str]) -> tuple[dict[str, "Prediction"], int]:
             say("error", str(error))
             exit_code = error.exit_code
     named: dict[str, Prediction] = {}
-    for path, name in zip(paths.values(), result_names(list(paths.values())), strict=True):
+    names = result_names(list(paths.values()))
+    taken = {name.casefold() for name in names}
+    for path, name in zip(paths.values(), names, strict=True):
         try:
             found = read_predictions(path)
         except InputError as error:
@@ -103,7 +105,7 @@ def _read(patterns: Sequence[str]) -> tuple[dict[str, "Prediction"], int]:
         if len(found) == 1:
             named[name] = found[0]
         else:
-            named.update({f"{name}-{i:06d}": prediction for i, prediction in enumerate(found)})
+            named.update({untaken(f"{name}-{i:06d}", taken): p for i, p in enumerate(found)})
     return named, exit_code
 
 

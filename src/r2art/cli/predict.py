@@ -228,12 +228,11 @@ def _expand(patterns: Sequence[str]) -> tuple[list[Path], int]:
 def _save(prediction: "Prediction", photo: "Photo", stem: Path) -> None:
     from io import BytesIO
 
-    from r2art.run.export.glb import to_glb
+    from r2art.run.export import FORMATS
     from r2art.run.files import OVERLAY, write_whole
 
     png = BytesIO()
     prediction.draw(photo).save(png, "PNG", compress_level=1)
     write_whole(stem.with_name(stem.name + OVERLAY), png.getvalue())
-    json_text = prediction.to_json(indent=2) + "\n"
-    write_whole(stem.with_name(stem.name + ".json"), json_text.encode())
-    write_whole(stem.with_name(stem.name + ".glb"), to_glb(prediction))
+    for form in (FORMATS["json"], FORMATS["glb"]):
+        write_whole(stem.with_name(stem.name + form.suffix), form.encode(prediction))

@@ -10,6 +10,7 @@ from r2art.core.camera import Camera
 from r2art.core.errors import InputError, R2ArtError, UsageError
 from r2art.core.image import Photo, read_image
 from r2art.core.legend import state_text
+from r2art.run.files import untaken
 from r2art.run.predictor import Predictor
 from r2art.run.report import progress, say
 from r2art.run.video.film import needed_av
@@ -63,8 +64,11 @@ def track_all(
     if webcam is not None:
         needed_av()
     exit_code = 0
-    names: Counter[str] = Counter()
-    openings = [lambda c=c: find_clip(c, fps) for c in clips]
+    taken: set[str] = set()
+    once: dict[Path, str] = {}
+    for clip in clips:
+        once.setdefault(Path(clip).absolute(), clip)
+    openings = [lambda c=c: find_clip(c, fps) for c in once.values()]
     openings += [] if webcam is None else [lambda: open_webcam(webcam)]
     for opening in openings:
         try:
@@ -73,9 +77,7 @@ def track_all(
             say("error", str(error))
             exit_code = max(exit_code, error.exit_code)
             continue
-        names[source.name] += 1
-        count = names[source.name]
-        name = source.name if count == 1 else f"{source.name}-{count}"
+        name = untaken(source.name, taken)
         code = _track_one(predictor, source, name, camera_of, folder, json, options)
         exit_code = max(exit_code, code)
         if code == INTERRUPTED:
@@ -115,13 +117,13 @@ def _track_one(
         say("error", str(error))
         exit_code = error.exit_code
     finally:
-        written = () if recorder is None else recorder.finish()
+        exit_code = max(exit_code, _finish(recorder))
     if summary.faults and not exit_code:
         exit_code = InputError.exit_code
     if not json and summary.count:
         print(summary)
     summary.warn()
-    if written:
+    if recorder is not None and (written := recorder.written):
         say("written", ", ".join([str(written[0]), *(p.name for p in written[1:])]))
     return exit_code
 
@@ -133,6 +135,17 @@ def _recorder(folder: Path, name: str, source: Source) -> Recorder:
         say("warning", f"no annotated film: {error}")
         return Recorder(folder, name, source.label, film=False)
     return Recorder(folder, name, source.label)
+
+
+def _finish(recorder: Recorder | None) -> int:
+    """Finish it; the exit code."""
+    try:
+        if recorder is not None:
+            recorder.finish()
+    except R2ArtError as error:
+        say("error", str(error))
+        return error.exit_code
+    return 0
 
 
 def _camera_told(

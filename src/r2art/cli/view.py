@@ -11,8 +11,7 @@ from tyro.conf import Positional, arg
 
 from r2art.core.errors import UsageError
 from r2art.run.report import say
-
-HOST, PORT, MAX_MEGABYTES = "127.0.0.1", 8080, 25.0
+from r2art.view import HOST, MAX_MEGABYTES, PORT
 
 
 def _option(metavar: str, default: str) -> Any:

@@ -51,6 +51,16 @@ class Camera:
         """(3, 3) intrinsics."""
         return np.array([[self.fx, 0, self.cx], [0, self.fy, self.cy], [0, 0, 1]], np.float64)
 
+    @property
+    def fov_y(self) -> float:
+        """Field of view from top to bottom (rad), as if the principal point were the middle."""
+        return 2 * float(np.arctan(self.height / 2 / self.fy))
+
+    @property
+    def aspect(self) -> float:
+        """Width by height of what is seen at unit distance; of square pixels, the image's own."""
+        return float(self.width / self.height * self.fy / self.fx)
+
     def crop(self, x: float, y: float, width: int, height: int) -> "Camera":
         """Camera of the window whose top left corner is (x, y); it may leave the image."""
         return Camera(self.fx, self.fy, self.cx - x, self.cy - y, width, height)

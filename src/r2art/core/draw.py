@@ -71,6 +71,19 @@ def facing(part: PartEstimate) -> frozenset[Face]:
     return frozenset(f for f, m in middle.items() if (m - center) @ m < 0)
 
 
+def joint_arrow(joint: JointEstimate, child: PartEstimate) -> tuple[FloatArray, FloatArray]:
+    """Tail and tip, (3,) each, of the arrow that shows a joint's axis, in the camera frame (m).
+
+    It goes through all of a hinge, and from a slide's pivot out of the object. ``child`` is the
+    part that the joint moves.
+    """
+    reach = (child.corners().reshape(8, 3) - joint.pivot) @ joint.axis
+    low, high = float(reach.min()), float(reach.max())
+    beyond = 0.12 * (high - low)
+    start = low - beyond if joint.kind == "revolute" else 0.0
+    return joint.pivot + start * joint.axis, joint.pivot + (high + beyond) * joint.axis
+
+
 def _draw_boxes(pen: Pen, parts: tuple[PartEstimate, ...]) -> None:
     far_to_near = sorted(range(len(parts)), key=lambda p: -parts[p].corners()[..., 2].mean())
     seen = [facing(part) for part in parts]
@@ -111,11 +124,6 @@ def _draw_root_frame(pen: Pen, root: PartEstimate) -> None:
 
 
 def _draw_joint(pen: Pen, joint: JointEstimate, child: PartEstimate, color: Color) -> None:
-    """An arrow along the axis: through all of a hinge, from a slide's pivot out of the object."""
-    reach = (child.corners().reshape(8, 3) - joint.pivot) @ joint.axis
-    low, high = float(reach.min()), float(reach.max())
-    beyond = 0.12 * (high - low)
-    start = low - beyond if joint.kind == "revolute" else 0.0
-    tail, tip = (joint.pivot + at * joint.axis for at in (start, high + beyond))
+    tail, tip = joint_arrow(joint, child)
     pen.arrow(tail, tip, WHITE, 2.2, f"{joint.name} {state_text(joint)}", color)
     pen.dot(joint.pivot, WHITE, 4)

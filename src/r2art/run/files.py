@@ -2,6 +2,7 @@
 
 import contextlib
 import glob
+import itertools
 import os
 import tempfile
 from collections import Counter
@@ -71,11 +72,22 @@ def result_names(images: Sequence[Path]) -> list[str]:
         name = image.stem
         if stems[name.casefold()] > 1:
             long = f"{image.absolute().parent.name}_{image.name}".lstrip("_")
-            numbered = (long if n == 1 else f"{long}-{n}" for n in range(1, len(images) + 2))
-            name = next(n for n in numbered if n.casefold() not in taken)
-            taken.add(name.casefold())
+            name = untaken(long, taken)
         names.append(name)
     return names
+
+
+def untaken(name: str, taken: set[str]) -> str:
+    """``name``, numbered from the second on until it is free; from now on it is taken.
+
+    Args:
+        name: Wanted.
+        taken: Names that are not free, by their casefold; the one returned is added.
+    """
+    numbered = itertools.chain([name], (f"{name}-{n}" for n in itertools.count(2)))
+    free = next(n for n in numbered if n.casefold() not in taken)
+    taken.add(free.casefold())
+    return free
 
 
 def make_folder(folder: Path) -> None:
@@ -89,7 +101,7 @@ def make_folder(folder: Path) -> None:
         with tempfile.TemporaryFile(dir=folder):
             pass
     except OSError as error:
-        raise _unwritable(folder, error) from None
+        raise unwritable(folder, error) from None
 
 
 def write_whole(path: Path, data: bytes) -> None:
@@ -98,16 +110,23 @@ def write_whole(path: Path, data: bytes) -> None:
     Raises:
         UsageError: It cannot be written.
     """
-    temporary = path.with_name(f".{path.name}.{os.getpid()}.tmp")
+    partial = temporary(path)
     try:
-        temporary.write_bytes(data)
-        os.replace(temporary, path)
+        partial.write_bytes(data)
+        os.replace(partial, path)
     except OSError as error:
-        raise _unwritable(path, error) from None
+        raise unwritable(path, error) from None
     finally:
         with contextlib.suppress(OSError):
-            temporary.unlink()
+            partial.unlink()
 
 
-def _unwritable(path: Path, error: OSError) -> UsageError:
-    return UsageError(f"cannot write to {path}: {error.strerror}; choose another --out")
+def temporary(path: Path) -> Path:
+    """A hidden name beside ``path``, for what is not whole yet."""
+    return path.with_name(f".{path.name}.{os.getpid()}.tmp")
+
+
+def unwritable(path: Path, error: Exception) -> UsageError:
+    """What to tell where ``error`` has kept something from being written to ``path``."""
+    reason = getattr(error, "strerror", None) or error
+    return UsageError(f"cannot write to {path}: {reason}; choose another --out")

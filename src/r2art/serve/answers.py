@@ -6,6 +6,7 @@ from io import BytesIO
 
 from r2art.core.prediction import Prediction
 from r2art.run.export import FORMATS
+from r2art.run.files import OVERLAY
 from r2art.serve.problems import Kind, ProblemError
 
 
@@ -45,7 +46,7 @@ ANSWERS = {
         ".json",
         _line,
     ),
-    "overlay": Answer("the photo, drawn upon", "image/png", ".overlay.png", _overlay),
+    "overlay": Answer("the photo, drawn upon", "image/png", OVERLAY, _overlay),
 }
 
 

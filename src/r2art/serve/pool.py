@@ -19,8 +19,10 @@ FIRST_GUESS = 0.1  # s, for the time of one prediction
 class Pool:
     """Threads that share one model, and a bounded number of places for requests.
 
-    A request takes a place before its body is read, so the server never holds more bodies than
-    it has places. It is used from one event loop, so nothing here needs a lock.
+    A request takes a place before its body is read, and gives it back when it is answered or given
+    up. A prediction that was given up goes on in its thread and keeps its photo, so the server
+    holds at most as many bodies as there are places and threads together. It is used from one
+    event loop, so nothing here needs a lock.
     """
 
     def __init__(self, limits: Limits) -> None:

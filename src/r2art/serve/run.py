@@ -10,13 +10,14 @@ from contextlib import contextmanager
 import h11
 import python_multipart  # noqa: F401  (needed to read forms; better missed now than then)
 import uvicorn
-from uvicorn.protocols.http.h11_impl import H11Protocol
+from uvicorn.protocols.http.h11_impl import H11Protocol, RequestResponseCycle
 
 from r2art.core.errors import UsageError
 from r2art.run.predictor import Predictor
 from r2art.serve.app import build_app
 from r2art.serve.limits import Limits
 from r2art.serve.log import LOGGER, logged_to_stderr
+from r2art.serve.upload import LINGER
 
 HEAD_SECONDS = 10.0
 KEEP_ALIVE_SECONDS = 5
@@ -25,9 +26,11 @@ CONNECTIONS = 1000  # open at a time; more are told 503 by the server itself
 
 
 class ImpatientProtocol(H11Protocol):
-    """HTTP that closes a connection whose request's head does not arrive in time.
+    """HTTP that closes a connection on which a request does not arrive in time.
 
-    uvicorn itself would wait for ever, and a few idle clients could take all connections.
+    That is its head, and what is left of its body once it is answered (while it is not, the route
+    says how long). uvicorn itself would wait for ever, and a few idle clients could take all
+    connections.
     """
 
     _patience: asyncio.TimerHandle | None = None
@@ -46,6 +49,8 @@ class ImpatientProtocol(H11Protocol):
         """An answer is out: the next request may begin, or has begun already."""
         super().on_response_complete()
         self._wait_for_head()
+        if self.conn.their_state is h11.SEND_BODY:
+            self.loop.call_later(LINGER, self._give_up_body, self.cycle)
 
     def connection_lost(self, exc: Exception | None) -> None:
         """The client has left."""
@@ -66,6 +71,10 @@ class ImpatientProtocol(H11Protocol):
     def _give_up(self) -> None:
         self._patience = None
         if self.conn.their_state is h11.IDLE:
+            self.transport.close()
+
+    def _give_up_body(self, answered: RequestResponseCycle) -> None:
+        if self.cycle is answered and self.conn.their_state is h11.SEND_BODY:
             self.transport.close()
 
 

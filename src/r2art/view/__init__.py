@@ -5,3 +5,7 @@
 >>> viewer.url
 'http://127.0.0.1:8080'
 """
+
+HOST, PORT = "127.0.0.1", 8080
+MAX_MEGABYTES = 25.0
+"""Of a photo's file."""

@@ -13,7 +13,7 @@ from r2art.core.prediction import JointEstimate, PartEstimate, Prediction
 
 
 def facts(prediction: Prediction) -> str:
-    """Category, confidence, warnings, and tables of parts and joints."""
+    """Category, confidence, why it is rejected, warnings, and tables of parts and joints."""
     score = prediction.category_score
     sure = "as given" if score is None else f"{score:.0%} sure"
     distance = float(np.linalg.norm(prediction.parts[0].cam_T_part[:3, 3]))
@@ -27,6 +27,7 @@ def facts(prediction: Prediction) -> str:
     return (
         f'<div class="r2art-facts"><h1>{escape(prediction.category)} <small>{sure}</small></h1>'
         f"<p>{' · '.join(map(escape, notes))}</p>"
+        + _rejected(prediction)
         + "".join(f'<p class="r2art-warning">{escape(text)}</p>' for text in prediction.warnings)
         + "<table><tr><th>part</th><th>sure</th><th>x y z (m)</th><th>size (cm)</th></tr>"
         f"{parts}</table>"
@@ -39,6 +40,12 @@ def message(text: str, *, kind: str = "note") -> str:
     """A line in a box: a ``note``, an ``error``, or ``busy``."""
     role = "alert" if kind == "error" else "status"
     return f'<div class="r2art-message r2art-{kind}" role="{role}">{escape(text)}</div>'
+
+
+def _rejected(prediction: Prediction) -> str:
+    if prediction.rejected is None:
+        return ""
+    return f'<p class="r2art-rejected" role="alert">Rejected: {escape(prediction.rejected)}</p>'
 
 
 def _scale(prediction: Prediction) -> str:

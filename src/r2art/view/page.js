@@ -19,7 +19,7 @@
     complain('');
     const limit = Number(zone().dataset.limit);
     if (file.size > limit) {
-      const mb = (bytes) => (bytes / 1048576).toFixed(1) + ' MB';
+      const mb = (bytes) => (bytes / 1e6).toFixed(1) + ' MB';
       complain(file.name + ' has ' + mb(file.size) + ', the limit is ' + mb(limit));
       return;
     }

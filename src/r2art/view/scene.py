@@ -18,11 +18,10 @@ from viser import (
     SceneNodeHandle,
 )
 
-from r2art.core.camera import Camera
-from r2art.core.draw import EDGES
+from r2art.core.draw import EDGES, joint_arrow
 from r2art.core.legend import state_text
 from r2art.core.palette import AXIS_COLORS, GREY, WHITE, Color, part_color
-from r2art.core.prediction import JointEstimate, PartEstimate, Prediction
+from r2art.core.prediction import PartEstimate, Prediction
 from r2art.run.export.mechanism import inverse, part_poses, rigid
 from r2art.run.export.rotations import quaternion
 
@@ -102,7 +101,7 @@ class Scene:
     def look_from_camera(self) -> None:
         """Look as the photo was taken: the parts lie on their pictures."""
         camera = self._prediction.camera
-        self._look(0.001 * AHEAD, AHEAD, 1.03 * _fov(camera), _aspect(camera))
+        self._look(0.001 * AHEAD, AHEAD, 1.03 * camera.fov_y, camera.aspect)
 
     def look_from_beside(self) -> None:
         """Look from beside the camera, so that depth shows."""
@@ -125,7 +124,7 @@ def _camera(
 ) -> CameraFrustumHandle:
     """The camera's pyramid, with the photo for a base right behind the object."""
     camera = prediction.camera
-    fov, aspect = _fov(camera), _aspect(camera)
+    fov, aspect = camera.fov_y, camera.aspect
     distance = BEHIND * float(_corners(prediction)[:, 2].max())
     # viser gives a pyramid of scale 1 the volume 4, whatever its proportions.
     height = np.tan(fov / 2)
@@ -175,7 +174,7 @@ def _joint(
     """An arrow along a joint's axis and its label, fixed to the part that the joint hangs on."""
     joint, child = prediction.joints[index], prediction.parts[index + 1]
     parent = [part.name for part in prediction.parts].index(joint.parent)
-    tail, tip = _reach(joint, child)
+    tail, tip = joint_arrow(joint, child)
     parent_T_cam = inverse(rigid(prediction.parts[parent].cam_T_part))
     ends = np.stack([tail, joint.pivot, tip]) @ parent_T_cam[:3, :3].T + parent_T_cam[:3, 3]
     radius = 0.007 * float(np.linalg.norm(child.box_size))
@@ -191,15 +190,6 @@ def _joint(
     scene.add_icosphere(f"{name}/pivot", radius=2.2 * radius, color=WHITE, position=ends[1])
     label = scene.add_label(f"{name}/label", joint.name, position=ends[2], anchor="bottom-center")
     return arrow, label
-
-
-def _reach(joint: JointEstimate, child: PartEstimate) -> tuple[FloatArray, FloatArray]:
-    """Ends of a joint's arrow in the camera frame, as drawings have them."""
-    along = (child.corners().reshape(8, 3) - joint.pivot) @ joint.axis
-    low, high = float(along.min()), float(along.max())
-    beyond = 0.12 * (high - low)
-    start = low - beyond if joint.kind == "revolute" else 0.0
-    return joint.pivot + start * joint.axis, joint.pivot + (high + beyond) * joint.axis
 
 
 def _root_axes(scene: SceneApi, root: str, part: PartEstimate) -> ArrowsHandle:
@@ -220,13 +210,3 @@ def _root_axes(scene: SceneApi, root: str, part: PartEstimate) -> ArrowsHandle:
 def _corners(prediction: Prediction) -> FloatArray:
     """(8 P, 3) corners of all boxes in the camera frame."""
     return np.concatenate([part.corners().reshape(8, 3) for part in prediction.parts])
-
-
-def _fov(camera: Camera) -> float:
-    """Of the camera, from top to bottom (rad)."""
-    return 2 * float(np.arctan(camera.height / 2 / camera.fy))
-
-
-def _aspect(camera: Camera) -> float:
-    """Width by height of what the camera sees at unit distance."""
-    return camera.width / camera.height * camera.fy / camera.fx

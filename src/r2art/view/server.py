@@ -12,11 +12,10 @@ from viser import ClientHandle, SceneApi, ViserServer
 from r2art.core.errors import UsageError
 from r2art.core.image import Photo
 from r2art.run.predictor import Predictor
+from r2art.view import HOST, MAX_MEGABYTES, PORT
 from r2art.view.session import Session
 from r2art.view.upload import MEGABYTE
 
-HOST, PORT = "127.0.0.1", 8080
-MAX_MEGABYTES = 25.0
 WORKERS = 2
 """Estimates made at once, each of which uses several threads; the others wait their turn."""
 BLUE = (34, 139, 206)
@@ -53,7 +52,7 @@ class Viewer:
             photo: What every new tab shows.
             host: Name or address to listen on; only a loopback one keeps others out.
             port: To listen on; the next that is free where it is taken, any that is free for 0.
-            max_megabytes: Most that a photo's file may have.
+            max_megabytes: Most that a photo's file may have, in 10⁶ bytes.
 
         Raises:
             UsageError: This machine has no such host, or nobody may listen there.

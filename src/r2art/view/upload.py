@@ -11,7 +11,7 @@ from viser._messages import FileTransferPart, FileTransferStartUpload
 from r2art.core.errors import InputError
 from r2art.core.image import Photo, read_image
 
-MEGABYTE = 1024 * 1024
+MEGABYTE = 1_000_000
 
 
 def cap_uploads(client: ClientHandle, limit: int, refuse: Callable[[str], None]) -> None:

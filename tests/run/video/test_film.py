@@ -11,6 +11,7 @@ import pytest
 from PIL import Image
 
 from r2art.core.errors import InputError, UsageError
+from r2art.run.video.film import upright
 from r2art.run.video.source import films_of, find_clip
 from r2art.run.video.webcam import DEVICES, newest, open_webcam
 from r2art.run.video.writer import Film, Lines
@@ -76,6 +77,14 @@ def test_pixels_that_are_not_square_become_so(tmp_path):
             container.mux(stream.encode(av.VideoFrame.from_image(picture(k))))
         container.mux(stream.encode(None))
     assert next(find_clip(str(path), 30).frames()).image.shape == (64, 192, 3)
+
+
+def test_a_frame_that_is_too_large_once_upright_is_refused():
+    """The shape of its pixels counts, and its own size, not what the film's head says."""
+    frame = av.VideoFrame.from_image(picture(0))
+    assert upright(frame, "clip.mp4", 2.0).shape == (64, 192, 3)
+    with pytest.raises(InputError, match=r"clip\.mp4 .* 123 megapixels, the limit is 100"):
+        upright(frame, "clip.mp4", 20_000.0)
 
 
 def save_sound(path):
@@ -147,6 +156,24 @@ def test_a_result_is_whole_or_not_there(tmp_path):
     assert list(tmp_path.iterdir()) == []
     with pytest.raises(UsageError, match="cannot write"):
         Film(tmp_path / "missing" / "clip.mp4")
+
+
+@pytest.mark.parametrize("error", [av.error.ExternalError, av.error.InvalidDataError])
+def test_an_error_of_the_encoder_is_one_line_and_leaves_nothing(tmp_path, error):
+    """Such errors are no OSErrors; the stream in the encoder's place raises one."""
+
+    class Broken:
+        def encode(self, frame):
+            raise error(1, "out of order")
+
+    writer = Film(tmp_path / "clip.mp4")
+    writer.add(picture(0), 0.0)
+    writer._stream = Broken()
+    with pytest.raises(UsageError, match=r"cannot write to .*clip\.mp4: out of order"):
+        writer.add(picture(1), 0.1)
+    with pytest.raises(UsageError, match="out of order"):
+        writer.finish()
+    assert list(tmp_path.iterdir()) == []
 
 
 def test_films_of_odd_size_and_repeated_times_are_valid(tmp_path):

@@ -3,6 +3,7 @@
 import contextlib
 import json
 import os
+import shutil
 import signal
 import sys
 import threading
@@ -14,6 +15,7 @@ import pytest
 from PIL import Image
 
 from r2art import cli
+from r2art.core.errors import UsageError
 from r2art.core.image import Photo
 from r2art.core.prediction import JointEstimate, Prediction
 from r2art.run.video import Tracked
@@ -21,6 +23,7 @@ from r2art.run.video.annotate import Annotator
 from r2art.run.video.deviations import Deviations
 from r2art.run.video.history import History
 from r2art.run.video.plot import Panel, plot
+from r2art.run.video.record import Recorder
 from r2art.run.video.source import find_clip
 from r2art.run.video.writer import Film
 
@@ -83,6 +86,42 @@ def test_a_film_becomes_a_film_lines_and_a_plot(clip, tmp_path, capsys):
     out, err = capsys.readouterr()
     assert "clip.tracked.jsonl" in err
     assert f"{COUNT} frames" in out
+
+
+def test_a_film_that_cannot_be_written_costs_neither_the_lines_nor_the_next_clip(
+    clip, tmp_path, capsys
+):
+    (tmp_path / "out" / "clip.tracked.mp4").mkdir(parents=True)  # nothing can take its name
+    assert (
+        run("predict", clip / "clip.mp4", "--video", clip / "frames", *KNOWN, "--out", "out") == 2
+    )
+    err = capsys.readouterr().err
+    (told,) = (line for line in err.splitlines() if line.startswith("error: "))
+    assert "clip.tracked.mp4" in told
+    names = {p.name for p in (tmp_path / "out").iterdir() if p.is_file()}
+    rest = {"clip.joints.png", "clip.tracked.jsonl"}
+    assert names == rest | {f"frames{e}" for e in (".joints.png", ".tracked.jsonl", ".tracked.mp4")}
+
+
+def test_a_recorder_that_cannot_begin_leaves_nothing(tmp_path, monkeypatch):
+    monkeypatch.setitem(sys.modules, "av", None)
+    with pytest.raises(UsageError):
+        Recorder(tmp_path, "clip", "clip.mp4")
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_clips_named_alike_have_their_own_results_and_one_named_twice_is_followed_once(
+    clip, tmp_path
+):
+    for name in ("a/clip", "b/CLIP", "clip-2"):
+        path = tmp_path / f"{name}.mp4"
+        path.parent.mkdir(exist_ok=True)
+        shutil.copy(clip / "clip.mp4", path)
+    films = ("a/clip.mp4", "clip-2.mp4", "b/CLIP.mp4", "./a/clip.mp4")
+    assert run("predict", *films, *KNOWN, "--out", "out") == 0
+    results = (tmp_path / "out").glob("*.tracked.jsonl")
+    sources = {p.name.removesuffix(".tracked.jsonl"): lines(p)[0]["source"] for p in results}
+    assert sources == {"clip": films[0], "clip-2": films[1], "CLIP-3": films[2]}
 
 
 def test_pictures_are_a_clip_only_where_asked(clip, tmp_path, capsys):

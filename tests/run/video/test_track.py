@@ -1,6 +1,7 @@
 """Tracking with the shipped model: an example photo that slides past, vanishes and returns."""
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import jsonschema
@@ -14,6 +15,7 @@ from r2art.core.image import read_image
 from r2art.core.prediction import SCHEMA_FILE
 from r2art.run.video import Frame, Tracked, Tracker, track
 from r2art.run.video.frame import TRACK_SCHEMA_FILE
+from r2art.run.video.measure import usable
 from r2art.run.video.vote import Poll
 
 PHOTO = Path(__file__).resolve().parents[3] / "examples" / "laptop.png"
@@ -136,6 +138,15 @@ def test_the_first_frames_vote(predictor, pixels):
     assert Poll().after(predictor.predict(BLANK, CAMERA, refine=0)).ballots == ()
 
 
+def test_a_rejected_frame_neither_votes_nor_begins_anything(predictor, pixels):
+    """Whatever the network says of it otherwise: the same answer counts once it is not rejected."""
+    vote = predictor.predict(pixels, CAMERA, refine=0)
+    rejected = replace(vote, rejected="it looks like nothing this model knows")
+    assert usable(vote)
+    assert not usable(rejected)
+    assert [len(Poll().after(p).ballots) for p in (vote, rejected)] == [1, 0]
+
+
 def test_one_odd_frame_among_the_first_decides_nothing(predictor, pixels):
     with Image.open(PHOTO.with_name("drawer.png")) as image:
         drawer = np.asarray(image.convert("RGB").resize((320, 240)))
@@ -162,6 +173,17 @@ def test_frames_that_cannot_be_used_are_refused_or_coasted_over(predictor, pixel
         Tracker(predictor, category="giraffe")
 
 
+@pytest.mark.parametrize("camera", [CAMERA, None])
+def test_a_frame_of_another_size_has_no_vote_and_ends_the_clip_where_it_comes(
+    predictor, pixels, camera
+):
+    frames = [Frame(time=k * DT, image=x) for k, x in enumerate([pixels, pixels, pixels[:200]])]
+    seen = []
+    with pytest.raises(InputError, match="frame 2 has 320×200 px"):
+        seen.extend(track(frames, predictor, camera=camera, refine=0))
+    assert [s.status for s in seen] == ["tracked"] * 2
+
+
 def test_nothing_at_all_is_lost_from_the_beginning(predictor):
     frames = [Frame(time=k * DT, image=BLANK) for k in range(3)]
     for s in track(frames, predictor):
@@ -178,3 +200,18 @@ def test_a_given_box_is_where_it_begins(predictor, pixels):
     assert first.measured.refinement is not None
     with pytest.raises(UsageError, match="outside"):
         list(track(frames, predictor, camera=CAMERA, category="laptop", box=(900, 0, 990, 9)))
+
+
+@pytest.mark.parametrize("look_ahead", [0, 5])
+def test_a_given_box_is_of_the_first_frame_that_is_a_picture(predictor, pixels, look_ahead):
+    found = predictor.predict(read_image(pixels), CAMERA, "laptop").box
+    pictures = [None, pixels, pixels]
+    frames = [Frame(time=k * DT, image=x) for k, x in enumerate(pictures)]
+    known = {"camera": CAMERA, "refine": 0, "look_ahead": look_ahead}
+    seen = list(track(frames, predictor, box=found, **known))
+    assert [s.status for s in seen] == ["lost", "tracked", "tracked"]
+    assert seen[1].measured.box == found
+    # A blank first picture has had it: what is found later lies where it is, not in that corner.
+    frames = [Frame(time=k * DT, image=x) for k, x in enumerate([BLANK, pixels])]
+    later = list(track(frames, predictor, box=(0, 0, 40, 40), **known))[-1]
+    assert later.measured.box == pytest.approx(found, abs=12)

@@ -102,9 +102,7 @@ def _xyzw(q: FloatArray) -> list[float]:
 
 
 def _camera(scene: Document, camera: Camera) -> int:
-    yfov = 2 * float(np.arctan(camera.height / 2 / camera.fy))
-    aspect = camera.width / camera.height * camera.fy / camera.fx
-    return scene.node("photo_camera", camera=scene.camera(yfov, aspect))
+    return scene.node("photo_camera", camera=scene.camera(camera.fov_y, camera.aspect))
 
 
 def _pose_along(joint: JointEstimate) -> FloatArray:

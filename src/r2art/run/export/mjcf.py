@@ -56,7 +56,7 @@ def to_mjcf(prediction: Prediction) -> bytes:
 
 def _camera(world: Element, camera: Camera) -> None:
     """The camera that took the photo; MuJoCo's look along -z with y up, hence the half turn."""
-    fovy = 2 * np.degrees(np.arctan(camera.height / 2 / camera.fy))
+    fovy = np.degrees(camera.fov_y)
     resolution = f"{camera.width} {camera.height}"
     place = {"quat": "0 1 0 0", "fovy": numbers(fovy), "resolution": resolution}
     SubElement(world, "camera", {"name": "photo_camera", **place})

@@ -74,11 +74,7 @@ def _opened(path: Path) -> Iterator[tuple[Any, Any]]:
             held = "sound" if film.streams.audio else "no pictures"
             raise InputError(f"{path} holds only {held}; give a film with pictures")
         stream = streams[0]
-        pixels = (stream.width or 0) * (stream.height or 0)
-        if pixels > MAX_MEGAPIXELS * 1e6:
-            raise InputError(
-                f"{path} has frames of {pixels / 1e6:.0f} megapixels, the limit is {MAX_MEGAPIXELS}"
-            )
+        _check_pixels(stream.width or 0, stream.height or 0, str(path))
         stream.thread_type = "AUTO"
         yield film, stream
 
@@ -94,7 +90,7 @@ def _frames(path: Path) -> Iterator[Frame]:
         while True:
             try:
                 frame = next(decoded)
-                picture = upright(frame, aspect)
+                picture = upright(frame, str(path), aspect)
             except StopIteration:
                 break
             except av.error.FFmpegError as error:
@@ -114,14 +110,28 @@ def _cut(path: Path, count: int, time: float, why: str) -> InputError:
     return InputError(f"{path} ends {after} ({why}); get a fresh copy")
 
 
-def upright(frame: Any, aspect: float = 1.0) -> NDArray[np.uint8]:
+def _check_pixels(width: int, height: int, name: str) -> None:
+    megapixels = width * height / 1e6
+    if megapixels > MAX_MEGAPIXELS:
+        raise InputError(
+            f"{name} has frames of {width} × {height} px = {megapixels:.0f} megapixels, "
+            f"the limit is {MAX_MEGAPIXELS}; make them smaller first"
+        )
+
+
+def upright(frame: Any, name: str, aspect: float = 1.0) -> NDArray[np.uint8]:
     """(H, W, 3) RGB of a decoded frame, turned as it is meant to be shown, with square pixels.
 
     Args:
         frame: PyAV's.
+        name: Of the film or camera, for the error.
         aspect: Width over height of its pixels.
+
+    Raises:
+        InputError: It has more megapixels than photos may have.
     """
     width = max(1, round(frame.width * aspect))
+    _check_pixels(width, frame.height, name)
     pixels = frame.reformat(width=width, format="rgb24").to_ndarray()
     quarters = round(getattr(frame, "rotation", 0) / 90) % 4
     return np.ascontiguousarray(np.rot90(pixels, quarters))

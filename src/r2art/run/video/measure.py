@@ -68,10 +68,11 @@ SYSTEMATIC = Noise(rotation=0.045, across=0.008, along=0.04, joint=0.08, size=0.
 
 
 def usable(prediction: Prediction) -> bool:
-    """Whether the network has seen the object at all."""
+    """Whether the network has seen the object at all; not so in a photo that it rejects."""
     fit = prediction.refinement
     fits = fit is None or fit.residual <= WORST_RESIDUAL
-    return fits and prediction.parts[0].confidence >= LEAST_CONFIDENCE
+    sure = prediction.parts[0].confidence >= LEAST_CONFIDENCE
+    return prediction.rejected is None and fits and sure
 
 
 def size_of(prediction: Prediction) -> float:

@@ -2,6 +2,7 @@
 
 import io
 import json
+from collections.abc import Callable
 from pathlib import Path
 
 from r2art.run.files import write_whole
@@ -34,7 +35,17 @@ class Recorder:
         self._annotator = Annotator()
         self._plot = folder / (name + PLOT)
         self._lines = Lines(folder / (name + LINES))
-        self._film = Film(folder / (name + ANNOTATED)) if film else None
+        try:
+            self._film = Film(folder / (name + ANNOTATED)) if film else None
+        except BaseException:
+            self._lines.finish()
+            raise
+        self._written: list[Path] = []
+
+    @property
+    def written(self) -> tuple[Path, ...]:
+        """The files that have their names, once it is finished."""
+        return tuple(self._written)
 
     def add(self, seen: Tracked) -> None:
         """One more frame."""
@@ -43,13 +54,29 @@ class Recorder:
         if self._film is not None:
             self._film.add(self._annotator.draw(seen), seen.time)
 
-    def finish(self) -> tuple[Path, ...]:
-        """Give the files their names, and tell them; what is done stays, whatever has happened."""
+    def finish(self) -> None:
+        """Give the files their names; what is done stays, whatever has happened.
+
+        Raises:
+            UsageError: The first that cannot be written; the others are written all the same.
+        """
         parts = [self._lines] if self._film is None else [self._film, self._lines]
-        kept = [part.path for part in parts if part.finish()]
-        if self._annotator.history.joints:
-            png = io.BytesIO()
-            plot(self._annotator.history).save(png, "PNG")
-            write_whole(self._plot, png.getvalue())
-            kept.append(self._plot)
-        return tuple(kept)
+        endings: list[tuple[Path, Callable[[], bool]]] = [(p.path, p.finish) for p in parts]
+        failures: list[Exception] = []
+        for path, finish in (*endings, (self._plot, self._save_plot)):
+            try:
+                if finish():
+                    self._written.append(path)
+            except Exception as error:  # told when the rest is done
+                failures.append(error)
+        if failures:
+            raise failures[0]
+
+    def _save_plot(self) -> bool:
+        """Whether there is anything to see in it."""
+        if not self._annotator.history.joints:
+            return False
+        png = io.BytesIO()
+        plot(self._annotator.history).save(png, "PNG")
+        write_whole(self._plot, png.getvalue())
+        return True

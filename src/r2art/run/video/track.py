@@ -50,7 +50,7 @@ def track(
         predictor: See `r2art.load`.
         camera: Of all frames; else the first photo's EXIF, else a guess.
         category: What the object is; else the first frames vote.
-        box: Around it in the first frame (px); else it is found.
+        box: Around it in the first frame that is a picture (px); else it is found.
         size: Longest side of its root part's box (m), see `Predictor.predict`.
         refine: Most steps of refinement in each frame.
         look_ahead: Frames to read before the first result, so that they can vote; 0 on live
@@ -91,7 +91,8 @@ class Tracker:
         self._camera = camera
         self._source: CameraSource = "given"
         self._category = self._given_category = category
-        self._first_box, self._size = box, size
+        self._box, self._size = box, size
+        self._box_time: float | None = None  # of the first frame that is a picture
         self._refine = refine
         self._poll = Poll()
         self._bodies: dict[str, Body] = {}
@@ -107,10 +108,13 @@ class Tracker:
         return (self._given_category is None or open_camera) and not self._poll.closed
 
     def poll(self, frame: Frame) -> None:
-        """Let a frame vote on what is not known yet, without following anything."""
+        """Let a frame vote on what is not known yet, without following anything.
+
+        One whose size is not that of the frames before has no vote; `step` refuses it.
+        """
         photo = _readable(frame)
-        if photo is not None and self.polling:
-            self._vote(photo)
+        if photo is not None and self.polling and self._fits(photo):
+            self._vote(photo, self._box_in(frame))
 
     def step(self, frame: Frame) -> Tracked:
         """The next frame, with what it shows.
@@ -127,18 +131,25 @@ class Tracker:
         seconds = frame.time - self._time if self._index else 0.0
         self._time = frame.time
         photo = _readable(frame)
+        box = None if photo is None else self._box_in(frame)
         if photo is not None:
-            if self.polling:
-                self._vote(photo)
             self._check_size(photo)
+            if self.polling:
+                self._vote(photo, box)
         measured = self._follow(photo, seconds)
         if self._belief is None and photo is not None:
-            measured = self._find(photo)
+            measured = self._find(photo, box)
         tracked = self._told(frame, photo, measured)
         self._index += 1
         return tracked
 
-    def _vote(self, photo: Photo) -> None:
+    def _box_in(self, frame: Frame) -> Sequence[float] | None:
+        """The given box, if this is the first frame that is a picture, polled or followed."""
+        if self._box_time is None:
+            self._box_time = frame.time
+        return self._box if frame.time == self._box_time else None
+
+    def _vote(self, photo: Photo, box: Sequence[float] | None) -> None:
         """Category and camera as the frames so far have it.
 
         Whatever was followed as another object, or through another camera, is forgotten.
@@ -147,7 +158,6 @@ class Tracker:
             camera, self._source = choose_camera(photo, None)
             self._camera = None if self._source == "guessed" else camera
         guessing = self._source == "guessed"
-        box = None if self._poll.ballots else self._first_box
         given = None if guessing else self._camera
         with contextlib.suppress(InputError):
             vote = self._predictor.predict(photo, given, self._given_category, box, refine=0)
@@ -159,9 +169,14 @@ class Tracker:
         if (self._category, self._camera) != before:
             self._belief = None
 
+    def _fits(self, photo: Photo) -> bool:
+        """Whether it can be of the camera, as far as that is known."""
+        camera = self._camera
+        return camera is None or (photo.width, photo.height) == (camera.width, camera.height)
+
     def _check_size(self, photo: Photo) -> None:
         camera = self._camera
-        if camera is not None and (photo.width, photo.height) != (camera.width, camera.height):
+        if camera is not None and not self._fits(photo):
             raise InputError(
                 f"frame {self._index} has {photo.width}×{photo.height} px, the camera "
                 f"{camera.width}×{camera.height}; all frames of a clip must be of one size"
@@ -183,9 +198,8 @@ class Tracker:
             self._belief = None
         return seen
 
-    def _find(self, photo: Photo) -> Prediction | None:
-        """Look for the object anywhere, and begin anew with it."""
-        box = None if self._index else self._first_box
+    def _find(self, photo: Photo, box: Sequence[float] | None) -> Prediction | None:
+        """Look for the object in the box, or anywhere, and begin anew with it."""
         seen = self._look(photo, None if box is None else check_box(box, photo))
         if seen is not None:
             self._belief, self._missed, self._seen_at = Belief.begun(seen), 0, self._time

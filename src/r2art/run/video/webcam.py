@@ -62,7 +62,7 @@ def _frames(number: str) -> Iterator[Frame]:
                 return
             except av.error.FFmpegError as error:
                 raise InputError(f"webcam {number} has stopped ({error.strerror})") from None
-            yield Frame(time=time.monotonic() - began, image=upright(frame))
+            yield Frame(time=time.monotonic() - began, image=upright(frame, f"webcam {number}"))
 
 
 def newest(items: Iterable[T]) -> Iterator[T]:

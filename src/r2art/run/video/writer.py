@@ -1,5 +1,6 @@
 """Results that grow frame by frame and have their name only when they are whole."""
 
+import contextlib
 import os
 from collections.abc import Callable
 from fractions import Fraction
@@ -9,18 +10,13 @@ from typing import Any
 import numpy as np
 from PIL import Image
 
-from r2art.core.errors import UsageError
+from r2art.run.files import temporary, unwritable
 from r2art.run.video.film import needed_av
 
 CLOCK = 90_000
 """Ticks per second of a film's times."""
 CODECS = ("libx264", "libopenh264", "mpeg4")
 """The first that this PyAV has is taken."""
-
-
-def temporary(path: Path) -> Path:
-    """A hidden name beside ``path``."""
-    return path.with_name(f".{path.name}.{os.getpid()}.tmp")
 
 
 class Growing:
@@ -30,25 +26,48 @@ class Growing:
         path: The name it will have.
     """
 
+    failures: tuple[type[Exception], ...] = (OSError,)
+    """What writing may raise."""
+
     def __init__(self, path: Path) -> None:
         self.path = path
         self._temporary = temporary(path)
-        _guarded(path, self._temporary.touch)  # FFmpeg tells only when it is too late
+
+    def _open(self, opening: Callable[[], Any]) -> Any:
+        """What is opened; where that fails, nothing of the file is left."""
+        try:
+            self._guarded(self._temporary.touch)  # FFmpeg tells only when it is too late
+            return self._guarded(opening)
+        except BaseException:
+            self._discard()
+            raise
+
+    def _guarded(self, writing: Callable[[], Any]) -> Any:
+        try:
+            return writing()
+        except self.failures as error:
+            raise unwritable(self.path, error) from None
+
+    def _discard(self) -> None:
+        with contextlib.suppress(OSError):
+            self._temporary.unlink()
 
     def _close(self) -> bool:
         """Finish writing; whether there is anything to keep."""
         raise NotImplementedError
 
     def finish(self) -> bool:
-        """Give the file its name; whether it holds anything, else there is no file."""
+        """Give the file its name; whether it holds anything, else there is no file.
+
+        Raises:
+            UsageError: It cannot be written; then there is none either.
+        """
         try:
-            kept = self._close()
+            kept = self._guarded(self._close)
             if kept:
-                os.replace(self._temporary, self.path)
-        except OSError as error:
-            raise _unwritable(self.path, error) from None
+                self._guarded(lambda: os.replace(self._temporary, self.path))
         finally:
-            self._temporary.unlink(missing_ok=True)
+            self._discard()
         return kept
 
 
@@ -57,14 +76,12 @@ class Lines(Growing):
 
     def __init__(self, path: Path) -> None:
         super().__init__(path)
-        self._file = _guarded(
-            path, lambda: self._temporary.open("w", encoding="utf-8", newline="\n")
-        )
+        self._file = self._open(lambda: self._temporary.open("w", encoding="utf-8", newline="\n"))
         self._count = 0
 
     def add(self, line: str) -> None:
         """One more line."""
-        _guarded(self.path, lambda: self._file.write(line + "\n"))
+        self._guarded(lambda: self._file.write(line + "\n"))
         self._count += 1
 
     def _close(self) -> bool:
@@ -76,11 +93,11 @@ class Film(Growing):
     """An MP4 (H.264) whose frames keep their own times."""
 
     def __init__(self, path: Path) -> None:
-        super().__init__(path)
         av = needed_av()
-        # An error of FFmpeg's is an OSError too.
-        self._container = _guarded(
-            path,
+        super().__init__(path)
+        # Not every error of FFmpeg's is an OSError: an encoder's, for one, is not.
+        self.failures = (OSError, av.error.FFmpegError)
+        self._container = self._open(
             lambda: av.open(
                 f"file:{self._temporary}",
                 "w",
@@ -95,13 +112,13 @@ class Film(Growing):
         """One more frame (RGB, of the size of the first), at a time in s."""
         av = needed_av()
         if self._stream is None:
-            self._stream = self._new_stream(picture.size)
+            self._stream = self._guarded(lambda: self._new_stream(picture.size))
             self._began = time
         pixels = _even(np.asarray(picture.convert("RGB")))
         frame = av.VideoFrame.from_ndarray(pixels, format="rgb24")
         self._tick = max(self._tick + 1, round((time - self._began) * CLOCK))
         frame.pts, frame.time_base = self._tick, Fraction(1, CLOCK)
-        _guarded(self.path, lambda: self._container.mux(self._stream.encode(frame)))
+        self._guarded(lambda: self._container.mux(self._stream.encode(frame)))
 
     def _new_stream(self, size: tuple[int, int]) -> Any:
         av = needed_av()
@@ -117,9 +134,11 @@ class Film(Growing):
         return stream
 
     def _close(self) -> bool:
-        if self._stream is not None:
-            self._container.mux(self._stream.encode(None))
-        self._container.close()
+        try:
+            if self._stream is not None:
+                self._container.mux(self._stream.encode(None))
+        finally:
+            self._container.close()
         return self._stream is not None
 
 
@@ -127,14 +146,3 @@ def _even(pixels: np.ndarray) -> np.ndarray:
     """With even sides, as H.264 wants them; the last row or column is repeated."""
     height, width = pixels.shape[:2]
     return np.pad(pixels, ((0, height % 2), (0, width % 2), (0, 0)), mode="edge")
-
-
-def _guarded(path: Path, writing: Callable[[], Any]) -> Any:
-    try:
-        return writing()
-    except OSError as error:
-        raise _unwritable(path, error) from None
-
-
-def _unwritable(path: Path, error: OSError) -> UsageError:
-    return UsageError(f"cannot write to {path}: {error.strerror}; choose another --out")
