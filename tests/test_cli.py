@@ -9,6 +9,7 @@ import sys
 import jsonschema
 import numpy as np
 import pytest
+from commands import run
 from PIL import Image
 
 from r2art import cli
@@ -24,14 +25,6 @@ def folder(tmp_path, monkeypatch):
         (tmp_path / name).parent.mkdir(exist_ok=True)
         Image.fromarray(rng.integers(0, 255, (48, 64, 3), np.uint8)).save(name)
     return tmp_path
-
-
-def run(*arguments):
-    """Exit code of `r2art`, whether returned or raised by the argument parser."""
-    try:
-        return cli.main(arguments)
-    except SystemExit as stopped:
-        return stopped.code
 
 
 def files(folder):

@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 import trimesh
 import yourdfpy
+from commands import run
 
-from r2art import cli
 from r2art.core.camera import Camera
 from r2art.core.prediction import JointEstimate, PartEstimate, Prediction
 from r2art.run.export import FORMATS
@@ -68,13 +68,6 @@ def folder(tmp_path, monkeypatch):
     frames[1]["prediction"] = None
     (tmp_path / "clip.jsonl").write_text("\n".join(map(json.dumps, frames)) + "\n")
     return tmp_path
-
-
-def run(*arguments):
-    try:
-        return cli.main(arguments)
-    except SystemExit as stopped:
-        return stopped.code
 
 
 def files(folder):

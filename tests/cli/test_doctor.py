@@ -5,19 +5,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from commands import run
 
-from r2art import cli
 from r2art.core.errors import R2ArtError
 from r2art.run import predictor, selftest
 from r2art.run.export.mechanism import joint_motion
 from r2art.run.installation import extras, requirement, versions
-
-
-def run(*arguments):
-    try:
-        return cli.main(arguments)
-    except SystemExit as stopped:
-        return stopped.code
 
 
 @pytest.fixture

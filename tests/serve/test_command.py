@@ -4,15 +4,7 @@ import socket
 import sys
 
 import pytest
-
-from r2art import cli
-
-
-def run(*arguments):
-    try:
-        return cli.main(arguments)
-    except SystemExit as stopped:
-        return stopped.code
+from commands import run
 
 
 def test_help_shows_how_to_ask(capsys):

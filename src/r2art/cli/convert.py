@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Annotated
 
 from tyro.conf import Positional, UseAppendAction, arg
 
+from r2art.cli.patterns import expand
 from r2art.core.errors import InputError, UsageError
 from r2art.run.report import say
 
@@ -84,18 +85,11 @@ def _read(patterns: Sequence[str]) -> tuple[dict[str, "Prediction"], int]:
     from r2art.run.export.reading import read_predictions
     from r2art.run.files import find_predictions, result_names, untaken
 
-    exit_code = 0
-    paths: dict[Path, Path] = {}
-    for pattern in patterns:
-        try:
-            paths.update({path.absolute(): path for path in find_predictions(pattern)})
-        except InputError as error:
-            say("error", str(error))
-            exit_code = error.exit_code
+    paths, exit_code = expand(patterns, find_predictions)
     named: dict[str, Prediction] = {}
-    names = result_names(list(paths.values()))
+    names = result_names(paths)
     taken = {name.casefold() for name in names}
-    for path, name in zip(paths.values(), names, strict=True):
+    for path, name in zip(paths, names, strict=True):
         try:
             found = read_predictions(path)
         except InputError as error:

@@ -2,12 +2,14 @@
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import numpy as np
 from tyro.conf import Positional, arg
 from tyro.constructors import PrimitiveConstructorSpec
 
+from r2art.cli.option import option
+from r2art.cli.patterns import expand
 from r2art.core.camera import Camera
 from r2art.core.errors import InputError, R2ArtError, UsageError
 from r2art.run.report import print_table, print_warnings, progress, say
@@ -46,27 +48,23 @@ def _webcam(texts: list[str]) -> str:
     return texts[0] if texts else "0"
 
 
-def _option(metavar: str, default: str) -> Any:
-    return arg(metavar=metavar, help_behavior_hint=f"(default: {default})")
-
-
 def predict(
     images: Annotated[tuple[str, ...], Positional, arg(metavar="IMAGE...", help_behavior_hint="")],
     /,
     *,
-    category: Annotated[str | None, _option("NAME", "the model says")] = None,
-    box: Annotated[Numbers | None, FOUR, _option("X1 Y1 X2 Y2", "the model finds it")] = None,
-    camera: Annotated[Numbers | None, FOUR, _option("FX FY CX CY", "EXIF, else a guess")] = None,
-    fov: Annotated[float | None, _option("DEG", "EXIF, else a guess")] = None,
-    size: Annotated[float | None, _option("METRES", "as usual objects")] = None,
-    depth: Annotated[float | None, _option("METRES", "as usual objects")] = None,
-    video: Annotated[str | None, _option("CLIP", "none")] = None,
-    webcam: Annotated[str | None, WEBCAM, _option("[N]", "none; 0 if N is left out")] = None,
-    fps: Annotated[float, _option("FPS", "30")] = 30.0,
-    refine: Annotated[int | None, _option("STEPS", "6")] = None,
-    mask: Annotated[Path | None, _option("PATH", "the network's own")] = None,
-    model: Annotated[Path | None, _option("PATH", "the one inside r2art")] = None,
-    out: Annotated[Path | None, _option("DIR", f"{DEFAULT_OUT}, with --json none")] = None,
+    category: Annotated[str | None, option("NAME", "the model says")] = None,
+    box: Annotated[Numbers | None, FOUR, option("X1 Y1 X2 Y2", "the model finds it")] = None,
+    camera: Annotated[Numbers | None, FOUR, option("FX FY CX CY", "EXIF, else a guess")] = None,
+    fov: Annotated[float | None, option("DEG", "EXIF, else a guess")] = None,
+    size: Annotated[float | None, option("METRES", "as usual objects")] = None,
+    depth: Annotated[float | None, option("METRES", "as usual objects")] = None,
+    video: Annotated[str | None, option("CLIP", "none")] = None,
+    webcam: Annotated[str | None, WEBCAM, option("[N]", "none; 0 if N is left out")] = None,
+    fps: Annotated[float, option("FPS", "30")] = 30.0,
+    refine: Annotated[int | None, option("STEPS", "6")] = None,
+    mask: Annotated[Path | None, option("PATH", "the network's own")] = None,
+    model: Annotated[Path | None, option("PATH", "the one inside r2art")] = None,
+    out: Annotated[Path | None, option("DIR", f"{DEFAULT_OUT}, with --json none")] = None,
     json: Annotated[bool, arg(help_behavior_hint="")] = False,
 ) -> int:
     """Estimate the pose of every part and the state of every joint in photos and films.
@@ -100,14 +98,16 @@ def predict(
         raise UsageError("no image given; try `r2art predict photo.jpg`")
     _check_camera(camera, fov)
 
-    from r2art.cli.track import check_meant_for_clips, track_all
     from r2art.core.image import read_image
-    from r2art.run.files import make_folder, result_names
+    from r2art.run.files import find_images, make_folder, result_names
     from r2art.run.predictor import check_lengths, load
     from r2art.run.refinement.mask_fit import STEPS, check_steps
 
     check_lengths(size, depth)
-    if clips or webcam is not None:
+    moving = clips or webcam is not None
+    if moving:
+        from r2art.cli.track import check_meant_for_clips  # the filter: photos do without
+
         check_meant_for_clips(depth, mask)
     steps = STEPS if refine is None else refine
     check_steps(steps)
@@ -117,7 +117,7 @@ def predict(
     if (folder := out or (None if json else DEFAULT_OUT)) is not None:
         make_folder(folder)
 
-    paths, exit_code = _expand(images)
+    paths, exit_code = expand(images, find_images)
     done: list[Prediction] = []
     with progress(len(paths)) as advance:
         for path, name in zip(paths, result_names(paths), strict=True):
@@ -150,7 +150,9 @@ def predict(
     if done and folder is not None:
         name = Path(done[0].image_path or "").stem if len(done) == len(paths) == 1 else "NAME"
         say("written", f"{folder / name}.overlay.png, {name}.json, {name}.glb")
-    if clips or webcam is not None:
+    if moving:
+        from r2art.cli.track import track_all
+
         code = track_all(
             predictor,
             clips,
@@ -170,7 +172,7 @@ def predict(
 
 def _films_among(patterns: Sequence[str]) -> tuple[list[str], tuple[str, ...]]:
     """Films by their names, globs expanded; and the other patterns."""
-    from r2art.run.video.source import films_of
+    from r2art.run.files import films_of
 
     films: list[str] = []
     others: list[str] = []
@@ -209,30 +211,10 @@ def _mask_of(photo: Path, mask: Path | None) -> Path | None:
     return found[0]
 
 
-def _expand(patterns: Sequence[str]) -> tuple[list[Path], int]:
-    """Every image meant, once each, and the exit code so far."""
-    from r2art.run.files import find_images
-
-    found: dict[Path, Path] = {}
-    exit_code = 0
-    for pattern in patterns:
-        try:
-            for path in find_images(pattern):
-                found.setdefault(path.absolute(), path)
-        except InputError as error:
-            say("error", str(error))
-            exit_code = error.exit_code
-    return list(found.values()), exit_code
-
-
 def _save(prediction: "Prediction", photo: "Photo", stem: Path) -> None:
-    from io import BytesIO
-
     from r2art.run.export import FORMATS
-    from r2art.run.files import OVERLAY, write_whole
+    from r2art.run.files import OVERLAY, png_bytes, write_whole
 
-    png = BytesIO()
-    prediction.draw(photo).save(png, "PNG", compress_level=1)
-    write_whole(stem.with_name(stem.name + OVERLAY), png.getvalue())
+    write_whole(stem.with_name(stem.name + OVERLAY), png_bytes(prediction.draw(photo)))
     for form in (FORMATS["json"], FORMATS["glb"]):
         write_whole(stem.with_name(stem.name + form.suffix), form.encode(prediction))

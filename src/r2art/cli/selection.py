@@ -4,20 +4,17 @@ from dataclasses import dataclass
 from importlib.util import find_spec
 from pathlib import Path
 from pkgutil import iter_modules
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 from tyro.conf import Positional, arg
 
+from r2art.cli.option import option
 from r2art.core.errors import UsageError
 
 if TYPE_CHECKING:
     from r2art.core.category import Category
     from r2art.data.models.imported import Format
     from r2art.data.objects import Objects, Split
-
-
-def _option(metavar: str, default: str) -> Any:
-    return arg(metavar=metavar, help_behavior_hint=f"(default: {default})")
 
 
 def _procedural() -> str:
@@ -62,11 +59,11 @@ class Selection:
     urdf: Annotated[tuple[Path, ...], _MODELS] = ()
     mjcf: Annotated[tuple[Path, ...], _MODELS] = ()
     partnet: Annotated[tuple[Path, ...], _MODELS] = ()
-    name: Annotated[str | None, _option("NAME", "the first model's")] = None
+    name: Annotated[str | None, option("NAME", "the first model's")] = None
     fix: Annotated[tuple[str, ...], arg(metavar="JOINT...", help_behavior_hint="")] = ()
-    root: Annotated[str | None, _option("LINK", "as the file has it")] = None
-    up: Annotated[str | None, _option("AXIS", "z")] = None
-    front: Annotated[str | None, _option("AXIS", "x; PartNet-Mobility: -x")] = None
+    root: Annotated[str | None, option("LINK", "as the file has it")] = None
+    up: Annotated[str | None, option("AXIS", "z")] = None
+    front: Annotated[str | None, option("AXIS", "x; PartNet-Mobility: -x")] = None
     scale: float = 1.0
     recolor: bool = False
 

@@ -1,25 +1,21 @@
 """`r2art serve`: predictions over HTTP."""
 
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated
 
-from tyro.conf import arg
-
-
-def _option(metavar: str, default: str) -> Any:
-    return arg(metavar=metavar, help_behavior_hint=f"(default: {default})")
+from r2art.cli.option import option
 
 
 def serve(
     *,
-    host: Annotated[str, _option("ADDRESS", "127.0.0.1, this machine alone")] = "127.0.0.1",
-    port: Annotated[int, _option("PORT", "8000; 0: any that is free")] = 8000,
-    model: Annotated[Path | None, _option("PATH", "the one inside r2art")] = None,
-    workers: Annotated[int, _option("N", "2")] = 2,
-    queue: Annotated[int, _option("N", "16")] = 16,
-    max_megabytes: Annotated[float, _option("MB", "25")] = 25.0,
-    max_megapixels: Annotated[float, _option("MP", "40")] = 40.0,
-    timeout: Annotated[float, _option("S", "30")] = 30.0,
+    host: Annotated[str, option("ADDRESS", "127.0.0.1, this machine alone")] = "127.0.0.1",
+    port: Annotated[int, option("PORT", "8000; 0: any that is free")] = 8000,
+    model: Annotated[Path | None, option("PATH", "the one inside r2art")] = None,
+    workers: Annotated[int, option("N", "2")] = 2,
+    queue: Annotated[int, option("N", "16")] = 16,
+    max_megabytes: Annotated[float, option("MB", "25")] = 25.0,
+    max_megapixels: Annotated[float, option("MP", "40")] = 40.0,
+    timeout: Annotated[float, option("S", "30")] = 30.0,
 ) -> int:
     """Serve predictions over HTTP, until Ctrl-C.
 

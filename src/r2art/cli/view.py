@@ -5,27 +5,24 @@ import sys
 import threading
 import webbrowser
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated
 
 from tyro.conf import Positional, arg
 
+from r2art.cli.option import option
 from r2art.core.errors import UsageError
 from r2art.run.report import say
 from r2art.view import HOST, MAX_MEGABYTES, PORT
-
-
-def _option(metavar: str, default: str) -> Any:
-    return arg(metavar=metavar, help_behavior_hint=f"(default: {default})")
 
 
 def view(
     image: Annotated[Positional[Path | None], arg(metavar="[IMAGE]", help_behavior_hint="")] = None,
     /,
     *,
-    host: Annotated[str, _option("HOST", f"{HOST}, this machine alone")] = HOST,
-    port: Annotated[int, _option("PORT", f"{PORT}, or the next that is free")] = PORT,
-    max_megabytes: Annotated[float, _option("MB", f"{MAX_MEGABYTES:g}")] = MAX_MEGABYTES,
-    model: Annotated[Path | None, _option("PATH", "the one inside r2art")] = None,
+    host: Annotated[str, option("HOST", f"{HOST}, this machine alone")] = HOST,
+    port: Annotated[int, option("PORT", f"{PORT}, or the next that is free")] = PORT,
+    max_megabytes: Annotated[float, option("MB", f"{MAX_MEGABYTES:g}")] = MAX_MEGABYTES,
+    model: Annotated[Path | None, option("PATH", "the one inside r2art")] = None,
     no_open: Annotated[bool, arg(help_behavior_hint="")] = False,
 ) -> int:
     """Look at estimates in the browser: drop photos, see the parts in 3D, move the joints.

@@ -1,4 +1,4 @@
-"""Which images are meant, and where their results go."""
+"""Which images and films are meant, and where their results go."""
 
 import contextlib
 import glob
@@ -7,15 +7,27 @@ import os
 import tempfile
 from collections import Counter
 from collections.abc import Callable, Sequence
+from io import BytesIO
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from r2art.core.errors import InputError, UsageError
+
+if TYPE_CHECKING:
+    from PIL import Image
 
 SUFFIXES = frozenset(
     {".jpg", ".jpeg", ".png", ".webp", ".avif", ".tif", ".tiff", ".bmp", ".gif", ".ppm", ".jp2"}
 )
 OVERLAY = ".overlay.png"
 PREDICTIONS = frozenset({".json", ".jsonl"})
+FILMS = frozenset(
+    {".mp4", ".m4v", ".mov", ".mkv", ".webm", ".avi", ".mpg", ".mpeg", ".ts", ".mts", ".3gp"}
+    | {".wmv", ".flv", ".ogv", ".mjpeg", ".y4m"}
+)
+"""Endings by which a file is taken for a film without being told."""
+ANNOTATED = ".tracked.mp4"
+"""How r2art's own films end; a glob leaves them out."""
 
 
 def find_images(pattern: str) -> list[Path]:
@@ -55,6 +67,19 @@ def _find(pattern: str, wanted: Callable[[Path], bool], what: str) -> list[Path]
     return [path]
 
 
+def films_of(pattern: str) -> list[str]:
+    """The films that a file name or glob stands for by its ending, sorted; none if it is another.
+
+    A file that does not exist is returned as it is: reading it tells so.
+    """
+    if Path(pattern).suffix.lower() not in FILMS or Path(pattern).is_dir():
+        return []
+    if not Path(pattern).exists() and glob.has_magic(pattern):
+        found = glob.glob(os.path.expanduser(pattern), recursive=True)
+        return sorted(p for p in found if not p.endswith(ANNOTATED)) or [pattern]
+    return [pattern]
+
+
 def _looks_like_image(path: Path) -> bool:
     return path.suffix.lower() in SUFFIXES and not path.name.endswith(OVERLAY) and not path.is_dir()
 
@@ -88,6 +113,13 @@ def untaken(name: str, taken: set[str]) -> str:
     free = next(n for n in numbered if n.casefold() not in taken)
     taken.add(free.casefold())
     return free
+
+
+def png_bytes(picture: "Image.Image") -> bytes:
+    """A picture as a PNG file, written quickly rather than small."""
+    png = BytesIO()
+    picture.save(png, "PNG", compress_level=1)
+    return png.getvalue()
 
 
 def make_folder(folder: Path) -> None:

@@ -2,11 +2,10 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from io import BytesIO
 
 from r2art.core.prediction import Prediction
 from r2art.run.export import FORMATS
-from r2art.run.files import OVERLAY
+from r2art.run.files import OVERLAY, png_bytes
 from r2art.serve.problems import Kind, ProblemError
 
 
@@ -32,9 +31,7 @@ def _line(prediction: Prediction) -> bytes:
 
 
 def _overlay(prediction: Prediction) -> bytes:
-    png = BytesIO()
-    prediction.draw().save(png, "PNG", compress_level=1)
-    return png.getvalue()
+    return png_bytes(prediction.draw())
 
 
 ANSWERS = {

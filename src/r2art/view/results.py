@@ -1,7 +1,6 @@
 """The right panel and the 3D scene: what came of the photo, and joints to move."""
 
 import threading
-from io import BytesIO
 from pathlib import Path
 
 import numpy as np
@@ -135,7 +134,7 @@ class Results:
         if prediction is None or photo is None:
             return
         if name == OVERLAY:
-            suffix, content = files.OVERLAY, _png(prediction.draw(photo))
+            suffix, content = files.OVERLAY, files.png_bytes(prediction.draw(photo))
         else:
             form = FORMATS[name.lower()]
             suffix, content = form.suffix, form.encode(prediction)
@@ -148,12 +147,6 @@ def _small(photo: Photo) -> NDArray[np.uint8]:
     picture = Image.fromarray(photo.pixels)
     picture.thumbnail((SHOWN, SHOWN))
     return np.asarray(picture)
-
-
-def _png(picture: Image.Image) -> bytes:
-    data = BytesIO()
-    picture.save(data, "PNG", compress_level=1)
-    return data.getvalue()
 
 
 def _unit(joint: JointEstimate) -> tuple[str, float]:

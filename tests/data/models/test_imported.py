@@ -6,9 +6,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from commands import run
 from toy_models import CABINET
 
-from r2art import cli
 from r2art.core.category import Category
 from r2art.core.errors import InputError, UsageError
 from r2art.data import shards
@@ -209,13 +209,6 @@ def test_a_sample_of_a_model_is_the_same_in_another_process(cabinets):
     assert all(
         a.limits[0] <= q <= a.limits[1] for a, q in zip(joints, sample.joint_state, strict=True)
     )
-
-
-def run(*arguments):
-    try:
-        return cli.main([str(a) for a in arguments])
-    except SystemExit as stopped:
-        return stopped.code
 
 
 def test_the_command_writes_a_prior(cabinets, tmp_path, capsys):

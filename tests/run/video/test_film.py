@@ -11,8 +11,9 @@ import pytest
 from PIL import Image
 
 from r2art.core.errors import InputError, UsageError
+from r2art.run.files import films_of
 from r2art.run.video.film import upright
-from r2art.run.video.source import films_of, find_clip
+from r2art.run.video.source import find_clip
 from r2art.run.video.webcam import DEVICES, newest, open_webcam
 from r2art.run.video.writer import Film, Lines
 

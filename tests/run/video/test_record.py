@@ -12,9 +12,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from commands import run
 from PIL import Image
 
-from r2art import cli
 from r2art.core.errors import UsageError
 from r2art.core.image import Photo
 from r2art.core.prediction import JointEstimate, Prediction
@@ -57,13 +57,6 @@ def clip(tmp_path_factory, pixels):
 @pytest.fixture(autouse=True)
 def here(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-
-
-def run(*arguments):
-    try:
-        return cli.main([str(a) for a in arguments])
-    except SystemExit as stopped:
-        return stopped.code
 
 
 def lines(path):

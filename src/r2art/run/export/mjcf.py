@@ -18,14 +18,13 @@ from r2art.core.palette import part_color
 from r2art.core.prediction import PartEstimate, Prediction
 from r2art.run.export.mechanism import Link, links, rigid
 from r2art.run.export.rotations import quaternion
-from r2art.run.export.solids import document, mass_and_inertia, numbers
+from r2art.run.export.solids import OPACITY, document, mass_and_inertia, numbers
 
 FloatArray = NDArray[np.floating]
 
 GRAVITY = 9.81
 """m/s²."""
 KEYFRAME = "photo"
-OPACITY = 0.8
 KINDS = {"revolute": "hinge", "prismatic": "slide"}
 ABOUT = (
     " Estimated by r2art from one photo. Metres, radians. The world is the camera's frame (x "

@@ -12,6 +12,8 @@ FloatArray = NDArray[np.floating]
 
 CAMERA = "opencv_camera"
 """Name of the camera's frame, whose axes are those of the prediction."""
+OPACITY = 0.8
+"""Of part boxes, so that one sees what is inside."""
 DENSITY = 300.0
 """kg/m³ of every part's box. A photo tells no mass; physics engines want one all the same."""
 THINNEST = 1e-3

@@ -22,7 +22,7 @@ from r2art.core.palette import part_color
 from r2art.core.prediction import JointEstimate, PartEstimate, Prediction
 from r2art.run.export.mechanism import Link, links, rigid, translation
 from r2art.run.export.rotations import roll_pitch_yaw
-from r2art.run.export.solids import CAMERA, distinct, document, mass_and_inertia, numbers
+from r2art.run.export.solids import CAMERA, OPACITY, distinct, document, mass_and_inertia, numbers
 
 FloatArray = NDArray[np.floating]
 
@@ -31,7 +31,6 @@ EFFORT, VELOCITY = 1000.0, 10.0
 WEIGHTLESS = (1e-6, np.full(3, 1e-9))
 """kg, kg m²: of a moving link that is a mere frame. PyBullet gives 1 kg to one without masses."""
 AT_ORIGIN = MappingProxyType({"xyz": "0 0 0"})
-OPACITY = 0.8
 ABOUT = (
     " Estimated by r2art from one photo. Metres, radians. The states of the joints in the photo "
     "are their initial_value below. Masses, effort and velocity are placeholders. "

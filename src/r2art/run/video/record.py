@@ -5,11 +5,10 @@ import json
 from collections.abc import Callable
 from pathlib import Path
 
-from r2art.run.files import write_whole
+from r2art.run.files import ANNOTATED, write_whole
 from r2art.run.video.annotate import Annotator
 from r2art.run.video.frame import Tracked
 from r2art.run.video.plot import plot
-from r2art.run.video.source import ANNOTATED
 from r2art.run.video.writer import Film, Lines
 
 LINES, PLOT = ".tracked.jsonl", ".joints.png"

@@ -1,7 +1,5 @@
 """Where frames come from: a film, or pictures that are frames."""
 
-import glob
-import os
 import re
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
@@ -9,16 +7,8 @@ from pathlib import Path
 
 from r2art.core.errors import InputError, UsageError
 from r2art.core.image import read_image
-from r2art.run.files import find_images
+from r2art.run.files import FILMS, find_images
 from r2art.run.video.frame import Frame
-
-FILMS = frozenset(
-    {".mp4", ".m4v", ".mov", ".mkv", ".webm", ".avi", ".mpg", ".mpeg", ".ts", ".mts", ".3gp"}
-    | {".wmv", ".flv", ".ogv", ".mjpeg", ".y4m"}
-)
-"""Endings by which a file is taken for a film without being told."""
-ANNOTATED = ".tracked.mp4"
-"""How r2art's own films end; a glob leaves them out."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -38,19 +28,6 @@ class Source:
     frames: Callable[[], Iterator[Frame]] = field(repr=False)
     count: int | None = None
     live: bool = False
-
-
-def films_of(pattern: str) -> list[str]:
-    """The films that a file name or glob stands for by its ending, sorted; none if it is another.
-
-    A file that does not exist is returned as it is: reading it tells so.
-    """
-    if Path(pattern).suffix.lower() not in FILMS or Path(pattern).is_dir():
-        return []
-    if not Path(pattern).exists() and glob.has_magic(pattern):
-        found = glob.glob(os.path.expanduser(pattern), recursive=True)
-        return sorted(p for p in found if not p.endswith(ANNOTATED)) or [pattern]
-    return [pattern]
 
 
 def find_clip(pattern: str, fps: float) -> Source:
