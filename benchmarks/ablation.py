@@ -1,110 +1,145 @@
 """The paper's Table 2 on rendered drawers, and joint-centric against part-centric.
 
+r2art synth drawer -n 4000 --seed 1 --split train --backgrounds DIR --out data/drawer-train
+r2art synth drawer -n 500 --seed 0 --split test --backgrounds DIR --out data/drawer-test
 python benchmarks/ablation.py --train data/drawer-train --test data/drawer-test --out ablation \\
-    --backbone-weights mobilenetv2.npz --results docs/results.md
+    --backbone-weights mobilenetv2.npz --results docs/results.md --figure docs/images/ablation.png
 
 Trains every row with every seed on the same budget, one after the other, and measures each on the
-test photos with the box given. What is done is kept: stopped, it goes on where it was, and more
-seeds or rows can be added later. `--results` writes the tables as a section of that page,
-`--figure` a picture of all runs.
+test photos with the box given. The trunk is frozen and its features kept, so that all of it takes
+an hour of one CPU core. What is done is kept: stopped, it goes on where it was, and more seeds or
+rows can be added later. `--results` writes the tables as a section of that page, `--figure` a
+picture of all runs, and beside it one of silhouettes.
 """
 
 import argparse
-import json
-from collections.abc import Iterator
-from dataclasses import dataclass, replace
+import os
+from collections.abc import Callable
+from dataclasses import asdict, dataclass, fields, replace
 from pathlib import Path
 
+import ablation_report as report
 import numpy as np
 import torch
-from matplotlib.figure import Figure
 from numpy.typing import NDArray
+from torch import Tensor
 
-from r2art.data.shards import Dataset, from_row, write_atomically
+from r2art.data.shards import Dataset, from_row
 from r2art.learn import checkpoint
-from r2art.learn.augment import crops
+from r2art.learn.augment import Crops, crops
 from r2art.learn.chance import Chance
 from r2art.learn.memory import Photos
-from r2art.learn.objective import true_shape
+from r2art.learn.objective import WHOLE_CASCADE, Weights, renderings, true_shape
 from r2art.learn.recipes import RECIPES, Recipe
 from r2art.learn.results import write_section
-from r2art.learn.stages import history, read_stages
 from r2art.learn.train import Training, train
-from r2art.method import se3
-from r2art.method.estimate import estimate
+from r2art.method import cascade, se3
+from r2art.method.depth import translation_targets, viewing_ray
+from r2art.method.estimate import Estimate, estimate, share_from_state
+from r2art.method.outputs import RawEstimate
+from r2art.method.rotation import egocentric_to_allocentric
+from r2art.method.shape import Prior, deformation_of
 
-ROWS = {
-    "ablation_I": "I: no cascade",
-    "ablation_II": "II: area",
-    "ablation_III": "III: area, alignment",
-    "ablation_IV": "IV: area, alignment, pixel",
-    "pixel_only": "pixel only",
-    "box_steers_all": "IV, boxes steer all",
-    "part_centric": "IV, part-centric",
-}
-PAPER = {
-    "ablation_I": (180.5, 51.2),
-    "ablation_II": (148.2, 57.4),
-    "ablation_III": (120.5, 67.2),
-    "ablation_IV": (105.6, 69.9),
-}
-"""ADD (mm) and AUC (%) of Table 2."""
-REACH = 0.1
-"""Metres up to which the AUC integrates."""
-HIDDEN = 0.5
-"""A part of which less than this share is visible counts as occluded."""
+CPU = torch.device("cpu")
+POSE_ONLY = Weights(part_mask=0.0, object_mask=0.0, photo_mask=0.0, found_box=0.0, category=0.0)
+"""Box and category are given, and the dense heads cost as much as all the rest."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Errors:
-    """(N, P) ADD (m), plain and with the best common factor on a photo's translations; visible."""
+    """Of N test photos of P parts.
+
+    Attributes:
+        add: ADD (m).
+        aligned: ADD after the best common factor on the translations of a photo.
+        visible: Share of each part's silhouette that nothing hides.
+        rotation: Of the root (°).
+        joint: Of the joint states (rad, m).
+        depth: Of the root, as a share.
+        overlap: IoU of the soft silhouettes of the whole object, and ...
+        part_overlap: ... of every part.
+        stage: In which stage of the cascade the estimate would be.
+    """
 
     add: NDArray[np.floating]
     aligned: NDArray[np.floating]
     visible: NDArray[np.floating]
-
-    def means(self) -> dict[str, float]:
-        """What the tables show, in mm and percent."""
-        seen, hidden = self.visible >= HIDDEN, self.visible < HIDDEN
-        return {
-            "ADD": 1000 * float(self.add.mean()),
-            "AUC": auc(self.add),
-            "ADD aligned": 1000 * float(self.aligned.mean()),
-            "AUC aligned": auc(self.aligned),
-            "visible parts": 1000 * float(self.aligned[seen].mean()),
-            "occluded parts": 1000 * float(self.aligned[hidden].mean()) if hidden.any() else np.nan,
-            "share occluded": 100 * float(hidden.mean()),
-        }
-
-
-def auc(add: NDArray[np.floating]) -> float:
-    """Area (%) under the recall curve of ADD up to `REACH`."""
-    return 100 * float(np.clip(1 - add / REACH, 0, None).mean())
+    rotation: NDArray[np.floating]
+    joint: NDArray[np.floating]
+    depth: NDArray[np.floating]
+    overlap: NDArray[np.floating]
+    part_overlap: NDArray[np.floating]
+    stage: NDArray[np.integer]
 
 
 @torch.no_grad()
-def measure(run: Path, data: Path, batch: int = 64) -> Errors:
-    """Errors of a run's averaged network on a dataset, box and category given."""
-    network, _ = checkpoint.load_network(run)
+def measure(say: Callable[[Crops], RawEstimate], size: int, data: Path, batch: int = 64) -> Errors:
+    """Errors on a dataset of what ``say`` says of its crops of ``size`` px."""
     dataset = Dataset.open(data)
-    photos, name = Photos.from_dataset(dataset), dataset.category.name
-    prior, chance = network.priors[name], Chance(0, torch.device("cpu"))
-    add, aligned = [], []
+    photos, prior = Photos.from_dataset(dataset), Prior.from_category(dataset.category)
+    rows: list[dict[str, Tensor]] = []
     for index in torch.arange(len(photos)).split(batch):
-        true = crops(photos, index, network.input_size, chance, None, augment=False)
-        _, seen = network.features(true.image)
-        raw = network.estimate_raw(name, seen, true.box, true.K)
-        found = estimate(prior, raw, true.box, true.K)
-        points = true_shape(prior, true).points
-        target = se3.transform(true.cam_T_part, points)
-        turned = points @ found.cam_T_part[..., :3, :3].mT
-        t = found.cam_T_part[..., None, :3, 3]
-        scale = (t * (target - turned)).sum((1, 2, 3)) / t.expand_as(target).square().sum((1, 2, 3))
-        for factor, into in ((torch.ones_like(scale), add), (scale, aligned)):
-            error = turned + factor[:, None, None, None] * t - target
-            into.append(torch.linalg.vector_norm(error, dim=-1).mean(-1).numpy())
+        true = crops(photos, index, size, Chance(0, CPU), None, augment=False)
+        rows.append(errors_of(prior, estimate(prior, say(true), true.box, true.K), true))
+    found = {k: torch.cat([row[k] for row in rows]).numpy() for k in rows[0]}
     visible = np.stack([from_row(row).visible for row in dataset.rows()])
-    return Errors(np.concatenate(add), np.concatenate(aligned), visible)
+    return Errors(visible=visible, **found)
+
+
+def errors_of(prior: Prior, found: Estimate, true: Crops, pixels: int = 56) -> dict[str, Tensor]:
+    shape = true_shape(prior, true)
+    target = se3.transform(true.cam_T_part, shape.points)
+    turned = shape.points @ found.cam_T_part[..., :3, :3].mT
+    t = found.cam_T_part[..., None, :3, 3]
+    scale = (t * (target - turned)).sum((1, 2, 3)) / t.expand_as(target).square().sum((1, 2, 3))
+    add, aligned = (
+        torch.linalg.vector_norm(turned + f[:, None, None, None] * t - target, dim=-1).mean(-1)
+        for f in (torch.ones_like(scale), scale)
+    )
+    between = found.cam_T_part[:, 0, :3, :3].mT @ true.cam_T_part[:, 0, :3, :3]
+    cosine = (between.diagonal(dim1=1, dim2=2).sum(1) - 1) / 2
+    z, true_z = found.cam_T_part[:, 0, 2, 3], true.cam_T_part[:, 0, 2, 3]
+    drawn, truth = renderings(found, true, shape, pixels, WHOLE_CASCADE)
+    return {
+        "add": add,
+        "aligned": aligned,
+        "rotation": torch.rad2deg(cosine.clamp(-1, 1).acos()),
+        "joint": (found.joint_state - true.joint_state).abs(),
+        "depth": (z / true_z - 1).abs(),
+        "overlap": overlap(drawn.union, truth.union),
+        "part_overlap": overlap(drawn.parts, truth.parts),
+        "stage": cascade.stage(drawn.box, truth.box),
+    }
+
+
+def overlap(a: Tensor, b: Tensor) -> Tensor:
+    """IoU of soft masks; 1 where both are empty."""
+    both, either = torch.minimum(a, b).sum((-2, -1)), torch.maximum(a, b).sum((-2, -1))
+    return torch.where(either > 0, both / either.clamp_min(1e-6), 1.0)
+
+
+def mean_pose(data: Path) -> Callable[[Crops], RawEstimate]:
+    """Says of every crop the mean of what is true of a dataset."""
+    true = Photos.from_dataset(Dataset.open(data))
+    prior = Prior.from_category(true.category)
+    root = true.cam_T_part[:, 0]
+    facing = egocentric_to_allocentric(root[:, :3, :3], viewing_ray(true.box, true.K))
+    phi, log_lambda = translation_targets(root[:, :3, 3], true.box, true.K, prior.frontal_area)
+    shape = deformation_of(prior, true.box_center, true.box_size)
+    means = {
+        "up": facing[..., 1],
+        "right": facing[..., 0],
+        "phi": phi,
+        "log_lambda": log_lambda,
+        "joint_share": share_from_state(true.joint_state, prior.kinematics.limits),
+        "log_scale": shape.log_scale,
+        "center_shift": shape.center_shift,
+        "confidence_logit": torch.zeros(true.box_size.shape[:2]),
+    }
+    means = {k: v.mean(0) for k, v in means.items()}
+    return lambda crops: RawEstimate(
+        **{k: v.expand(len(crops.box), *v.shape) for k, v in means.items()}
+    )
 
 
 def recipe_for(row: str, seed: int, a: argparse.Namespace) -> Recipe:
@@ -112,106 +147,53 @@ def recipe_for(row: str, seed: int, a: argparse.Namespace) -> Recipe:
     steps = a.steps
     return replace(
         RECIPES[row](steps),
+        offline_features=True,
         backbone=a.backbone,
         input_size=a.input_size,
         crops=a.crops,
-        photos=1,  # the box is given: whole photos need no learning
+        photos=1,  # the least; nothing is learned from it
         others=0,
+        learning_rate=a.learning_rate,
+        weights=replace(POSE_ONLY, **dict.fromkeys(a.without, 0.0)),
         seed=seed,
         warm_up=min(200, steps // 4),
         pictures_at=(steps // 4 + 1, steps // 2, steps),
     )
 
 
-def results_of(row: str, seed: int, a: argparse.Namespace) -> dict[str, float]:
+def kept(file: Path, make: Callable[[], Errors]) -> Errors:
+    """Errors as a file has them; where there is none, they are made."""
+    if not file.exists():
+        file.parent.mkdir(parents=True, exist_ok=True)
+        part = file.with_name("part.npz")
+        np.savez_compressed(part, **asdict(make()))
+        os.replace(part, file)
+    with np.load(file, allow_pickle=False) as arrays:
+        return Errors(**arrays)
+
+
+def errors_of_run(row: str, seed: int, a: argparse.Namespace) -> Errors:
     """Train and measure one run, or read what it gave."""
     run = a.out / f"{row}-{seed}"
-    done = run / "ablation.json"
-    if not done.exists():
+
+    def make() -> Errors:
         job = Training(
             recipe=recipe_for(row, seed, a),
             data=(a.train,),
             backbone_weights=a.backbone_weights,
-            backgrounds=a.backgrounds,
             out=run,
+            precision="no",  # the same on every device
         )
         train(job)
-        write_atomically(done, json.dumps(measure(run, a.test).means(), indent=1).encode())
-    return json.loads(done.read_text())
+        network, _ = checkpoint.load_network(run)
 
+        def say(true: Crops) -> RawEstimate:
+            _, seen = network.features(true.image)
+            return network.estimate_raw(network.names[0], seen, true.box, true.K)
 
-def cell(runs: list[dict[str, float]], key: str) -> str:
-    values = [r[key] for r in runs]
-    spread = f" ± {np.std(values, ddof=1):.1f}" if len(values) > 1 else ""
-    return f"{np.mean(values):.1f}{spread}"
+        return measure(say, network.input_size, a.test)
 
-
-def table(found: dict[str, list[dict[str, float]]]) -> Iterator[str]:
-    """Markdown: Table 2, and below it joints against parts."""
-    yield "| cascade | ADD, mm | AUC, % | aligned: ADD, mm | AUC, % | paper: ADD, mm | AUC, % |"
-    yield "| --- | ---: | ---: | ---: | ---: | ---: | ---: |"
-    for row, runs in found.items():
-        ours = [cell(runs, k) for k in ("ADD", "AUC", "ADD aligned", "AUC aligned")]
-        theirs = [f"{v}" for v in PAPER.get(row, ("–", "–"))]
-        yield f"| {ROWS[row]} | {' | '.join(ours + theirs)} |"
-    pair = {"ablation_IV": "joint-centric", "part_centric": "part-centric"}
-    if pair.keys() <= found.keys():
-        yield ""
-        yield "| aligned ADD, mm | all parts | visible parts | occluded parts |"
-        yield "| --- | ---: | ---: | ---: |"
-        for row, name in pair.items():
-            keys = ("ADD aligned", "visible parts", "occluded parts")
-            yield f"| {name} | {' | '.join(cell(found[row], k) for k in keys)} |"
-
-
-def section(found: dict[str, list[dict[str, float]]], a: argparse.Namespace) -> str:
-    """The section of the results page."""
-    train_on, test_on = (Dataset.open(folder) for folder in (a.train, a.test))
-    weights = a.backbone_weights.name if a.backbone_weights else "random weights"
-    share = next(iter(found.values()))[0]["share occluded"]
-    command = (
-        f"python benchmarks/ablation.py --train {a.train} --test {a.test} --steps {a.steps} "
-        f"--crops {a.crops} --backbone {a.backbone} --input-size {a.input_size} "
-        f"--seeds {a.seeds} --out DIR"
-    )
-    return "\n".join(
-        [
-            f"## Ablation of the cascade: {train_on.category.name}",
-            "",
-            f"Trained on {len(train_on)} photos, measured on {len(test_on)} of the "
-            f"{test_on.manifest.get('split', 'other')} split with the box given; {a.seeds} seeds "
-            f"(mean ± standard deviation), {a.steps} steps of {a.crops} crops of {a.input_size} "
-            f"px, `{a.backbone}` from {weights}. By `{command}`.",
-            "",
-            *table(found),
-            "",
-            "AUC to 100 mm. *Aligned*: after the best common factor on the translations of each "
-            f"photo. A part is *occluded* if less than half of it is visible: {share:.0f} % of "
-            "all parts. The paper's figures are for its own data and network: only the order of "
-            "the rows compares.",
-        ]
-    )
-
-
-def draw(found: dict[str, list[dict[str, float]]], a: argparse.Namespace) -> None:
-    """A dot per run, and how many samples were in stage III over the steps."""
-    figure = Figure(figsize=(11, 4), layout="constrained")
-    left, right = figure.subplots(1, 2)
-    for k, (row, runs) in enumerate(found.items()):
-        left.plot([r["ADD aligned"] for r in runs], [k] * len(runs), "o", color=f"C{k}")
-        curves = []
-        for seed in range(len(runs)):
-            for rows in read_stages(a.out / f"{row}-{seed}").values():
-                curves.append((history(rows, np.unique(rows[:, 1]), 60) == 3).mean(0))
-                span = (rows[0, 0], rows[-1, 0])
-        if curves:
-            right.plot(np.linspace(*span, 60), np.mean(curves, axis=0), color=f"C{k}", label=row)
-    left.set(yticks=range(len(found)), xlabel="aligned ADD, mm", title="every run")
-    left.set_yticklabels([ROWS[row] for row in found])
-    left.invert_yaxis()
-    right.set(xlabel="step", ylabel="share of samples", title="in stage III", ylim=(0, 1))
-    right.legend(fontsize=7)
-    figure.savefig(a.figure, dpi=90)
+    return kept(run / "errors.npz", make)
 
 
 def main() -> None:
@@ -219,26 +201,31 @@ def main() -> None:
     parser.add_argument("--train", type=Path, required=True, help="a dataset of `r2art synth`")
     parser.add_argument("--test", type=Path, required=True, help="another, of other objects")
     parser.add_argument("--out", type=Path, required=True, help="folder of all runs")
-    parser.add_argument("--rows", nargs="+", default=list(ROWS), choices=list(ROWS))
+    parser.add_argument("--rows", nargs="+", default=report.DEFAULT, choices=list(report.ROWS))
+    losses = [f.name for f in fields(Weights)]
+    parser.add_argument("--without", nargs="+", default=[], choices=losses, help="base losses")
     parser.add_argument("--seeds", type=int, default=3)
-    parser.add_argument("--steps", type=int, default=3000)
+    parser.add_argument("--steps", type=int, default=2000)
     parser.add_argument("--crops", type=int, default=32)
     parser.add_argument("--backbone", default="mobilenetv2_100")
-    parser.add_argument("--input-size", type=int, default=96)
+    parser.add_argument("--input-size", type=int, default=128)
+    parser.add_argument("--learning-rate", type=float, default=2e-3)
     parser.add_argument("--backbone-weights", type=Path)
-    parser.add_argument("--backgrounds", type=Path)
     parser.add_argument("--results", type=Path)
     parser.add_argument("--figure", type=Path)
     a = parser.parse_args()
-    found: dict[str, list[dict[str, float]]] = {row: [] for row in a.rows}
+    guess = kept(a.out / "mean.npz", lambda: measure(mean_pose(a.train), 32, a.test))
+    found: dict[str, list[Errors]] = {row: [] for row in a.rows}
     for seed in range(a.seeds):  # all rows of a seed first: early figures compare, too
         for row in a.rows:
-            found[row].append(results_of(row, seed, a))
-    print("\n".join(table(found)))
+            found[row].append(errors_of_run(row, seed, a))
+    print("\n".join(report.tables(found, guess)))
     if a.results:
-        write_section(a.results, "ablation", section(found, a))
+        write_section(
+            a.results, "-".join(["ablation", *a.without]), report.section(found, guess, a)
+        )
     if a.figure:
-        draw(found, a)
+        report.draw(found, guess, a)
 
 
 if __name__ == "__main__":

@@ -88,7 +88,14 @@ def main() -> None:
         )
     )
     recipe = by_heart(RECIPES[a.recipe](a.steps))
-    train(Training(recipe=recipe, data=(data,), backbone_weights=a.backbone_weights, out=run))
+    job = Training(
+        recipe=recipe,
+        data=(data,),
+        backbone_weights=a.backbone_weights,
+        out=run,
+        precision="no",  # half precision cannot tell half a per cent
+    )
+    train(job)
     share = 100 * add_share(run, data)
     weights = a.backbone_weights.name if a.backbone_weights else "random weights"
     text = (

@@ -103,7 +103,11 @@ def test_the_answer_is_that_of_the_method(run, session):
     said = dict(zip(names, session.run(None, feed), strict=True))
     image, intrinsics, box = (torch.from_numpy(feed[k]) for k in ("image", "K", "box"))
     with torch.no_grad():
-        p16 = network.features(image.permute(0, 3, 1, 2).float() / 127.5 - 1)[1]
+        dense, p16 = network.features(image.permute(0, 3, 1, 2).float() / 127.5 - 1)
+        mask = network.object_mask(dense)
+        assert said["object_mask"].shape == (1, S // 4, S // 4)
+        np.testing.assert_allclose(said["object_mask"], mask, atol=2e-3)
+        assert 0 <= said["object_mask"].min() < said["object_mask"].max() <= 1
         assert said["category_scores"].sum() == pytest.approx(1, abs=1e-5)
         np.testing.assert_allclose(said["found_box"], network.find(p16)[0], rtol=1e-3, atol=0.05)
         for name in network.names:
@@ -222,6 +226,22 @@ def test_the_predictor_says_what_the_network_says_of_the_crop(run, model_file, p
                 np.testing.assert_allclose(part.cam_T_part, pose, atol=2e-3)
             for joint, state in zip(said.joints, expected[f"{name}.joint_state"][0], strict=True):
                 assert joint.state == pytest.approx(float(state), abs=2e-3)
+
+
+def test_the_run_tier_reads_where_the_object_is(run, model_file, photos):
+    """Of the crop alone: the mask is the same whichever category is asked for."""
+    model, (network, _) = load(model_file).model, checkpoint.load_network(run)
+    assert model.segments
+    pixels = photos["laptop"].image[0].permute(1, 2, 0).numpy()
+    box = photos["laptop"].box[0].tolist()
+    view = crop_square(pixels, Camera.from_fov(0.8, S, S), box, S, augment.CROP_MARGIN)
+    with torch.no_grad():
+        image = torch.from_numpy(view.pixels[None]).permute(0, 3, 1, 2).float() / 127.5 - 1
+        (expected,) = network.object_mask(network.features(image)[0])
+    for category in model.categories:
+        found = model.pose(view, view.from_photo(box), category)
+        assert found["object_mask"].shape == (S // 4, S // 4)
+        np.testing.assert_allclose(found["object_mask"], expected, atol=5e-3)
 
 
 def test_the_predictor_finds_and_names_without_help(model_file, photos):

@@ -32,12 +32,11 @@ def fresh(photos, recipe):
 
 @pytest.fixture(scope="module")
 def inputs(photos, recipe):
-    name, crops, views, _ = Batches(recipe, photos, None, torch.device("cpu"), 0)(0)
-    return name, crops.image, crops.box, crops.K, views.image
+    return Batches(recipe, photos, None, torch.device("cpu"), 0)(0).inputs()
 
 
 def said(network: Network, name: str, inputs) -> list[torch.Tensor]:
-    _, image, box, K, _ = inputs
+    image, box, K, _ = inputs
     pixels = ((image[:1] + 1) * 127.5).permute(0, 2, 3, 1).round().to(torch.uint8)
     with torch.no_grad():
         answers = Graph(network.eval(), network.names)(pixels, K[:1], box[:1])
@@ -45,10 +44,10 @@ def said(network: Network, name: str, inputs) -> list[torch.Tensor]:
     return [answers[0], *answers[start : start + len(FIELDS)]]
 
 
-def masks(network: Network, name: str, inputs) -> torch.Tensor:
+def masks(network: Network, inputs) -> torch.Tensor:
     with torch.no_grad():
-        dense, _ = network.eval().features(inputs[1])
-        found = network.part_masks(name, dense)
+        dense, _ = network.eval().features(inputs[0])
+        found = network.object_mask(dense)
     assert found is not None
     return found
 
@@ -62,17 +61,17 @@ def test_the_network_computes_what_the_run_does(fresh, run, model_file, inputs):
             said(network, name, inputs), said(trained, name, inputs), strict=True
         ):
             torch.testing.assert_close(ours, theirs, rtol=5e-3, atol=5e-3)
-        of_parts = masks(network, name, inputs), masks(trained, name, inputs)
-        torch.testing.assert_close(*of_parts, rtol=0, atol=0.04)
-        alike = torch.corrcoef(torch.stack([m.flatten() for m in of_parts]))[0, 1]
-        assert alike > 0.95
+    of_object = masks(network, inputs), masks(trained, inputs)
+    torch.testing.assert_close(*of_object, rtol=0, atol=0.04)
+    alike = torch.corrcoef(torch.stack([m.flatten() for m in of_object]))[0, 1]
+    assert alike > 0.95
 
 
 def test_its_normalisation_is_alive_again(fresh, model_file, inputs):
     """Batch statistics, as in training, change little: the layers know what they will see."""
     network = fresh()
     exported.load_exported(network, model_file, inputs)
-    images = torch.cat([inputs[1], inputs[4]])
+    images = torch.cat([inputs[0], inputs[3]])
     with torch.no_grad():
         _, evaluated = network.eval().features(images)
         _, trained = network.train().features(images)
@@ -83,13 +82,31 @@ def test_its_normalisation_is_alive_again(fresh, model_file, inputs):
 def test_a_category_that_the_file_does_not_know_gets_fresh_heads(fresh, model_file, inputs):
     network = fresh(("laptop",))
     before = {k: v.clone() for k, v in network.state_dict().items()}
-    _, *rest = inputs
-    exported.load_exported(network, model_file, ("laptop", *rest))
+    exported.load_exported(network, model_file, inputs)
     after = network.state_dict()
     changed = {k for k, v in after.items() if not torch.equal(v, before[k])}
     assert "heads.laptop.joint.0.weight" in changed
     assert "trunk.conv_stem.weight" in changed
     assert "category_logits.2.weight" not in changed  # two answers there, one here
+
+
+def test_a_file_without_the_objects_mask_leaves_that_head_fresh(
+    fresh, model_file, inputs, tmp_path
+):
+    """As files of before there was one."""
+    model = onnx.load(model_file)
+    kept = [t for t in model.graph.initializer if "object_logits." not in t.name]
+    assert len(kept) < len(model.graph.initializer)
+    del model.graph.initializer[:]
+    model.graph.initializer.extend(kept)
+    onnx.save(model, tmp_path / "older.onnx")
+    network = fresh()
+    before = {k: v.clone() for k, v in network.object_logits.state_dict().items()}
+    stem = network.trunk.conv_stem.weight.clone()
+    exported.load_exported(network, tmp_path / "older.onnx", inputs)
+    for key, value in network.object_logits.named_parameters():
+        assert torch.equal(value, before[key])
+    assert not torch.equal(network.trunk.conv_stem.weight, stem)
 
 
 def test_the_facts_name_the_file_and_its_making(model_file):

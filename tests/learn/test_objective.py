@@ -7,12 +7,14 @@ import torch
 
 from r2art.learn.augment import MASK_STRIDE, Crops, Views, crops
 from r2art.learn.chance import Chance
+from r2art.learn.memory import Photos
 from r2art.learn.objective import (
     CascadeOptions,
     Weights,
     cascade_term,
     corners_in_camera,
     is_right,
+    mask_loss,
     objective,
     part_classes,
     pose_losses,
@@ -22,7 +24,7 @@ from r2art.method import se3
 from r2art.method.depth import translation_targets, viewing_ray
 from r2art.method.estimate import estimate, share_from_state
 from r2art.method.kinematics import forward_kinematics
-from r2art.method.outputs import NodePoses, RawEstimate, TrainingOutput
+from r2art.method.outputs import CropOutput, NodePoses, RawEstimate, TrainingOutput
 from r2art.method.projection import box_of_points, project
 from r2art.method.rotation import egocentric_to_allocentric
 from r2art.method.shape import Prior, Shape, deformation_of
@@ -30,19 +32,24 @@ from r2art.method.shape import Prior, Shape, deformation_of
 SURE = 30.0
 PIXELS = 56
 SIDE = 64 // MASK_STRIDE
+NAME = "some"
 
 
 @pytest.fixture(params=["laptop", "drawer"])
 def truth(request, photos) -> tuple[Prior, Crops]:
     """Crops of objects that are the deformed prior exactly (a real hinge's place varies a bit)."""
-    some = photos[request.param]
+    return exactly(photos[request.param])
+
+
+def exactly(some: Photos) -> tuple[Prior, Crops]:
     prior = Prior.from_category(some.category)
     made = crops(some, torch.arange(8), 64, Chance(0, torch.device("cpu")), None, augment=False)
     state = made.joint_state.minimum(prior.kinematics.limits[:, 1])
     shape = true_shape(prior, made)
     poses = made.cam_T_part[:, :1] @ forward_kinematics(shape.kinematics, state)
     box = box_of_points(project(corners_in_camera(shape, poses), made.K))
-    return prior, replace(made, cam_T_part=poses, joint_state=state, box=box)
+    seen = made.seen.round()  # at an edge, the loss of the truth is not zero
+    return prior, replace(made, cam_T_part=poses, joint_state=state, box=box, seen=seen)
 
 
 def raw_truth(prior: Prior, true: Crops) -> RawEstimate:
@@ -75,13 +82,22 @@ def some_views(n: int = 6) -> tuple[Views, torch.Tensor]:
 
 def right_output(raw: RawEstimate, true: Crops, views: Views, category) -> TrainingOutput:
     classes = torch.nn.functional.one_hot(part_classes(true), true.box_size.shape[1] + 1)
-    return TrainingOutput(
+    of_crops = CropOutput(
         raw=raw,
-        mask_logits=SURE * classes.movedim(-1, 1).float(),
+        part_logits=SURE * classes.movedim(-1, 1).float(),
+        object_logits=SURE * (2 * true.seen - 1),
+    )
+    return TrainingOutput(
+        crops={NAME: of_crops},
         found_box=views.box,
         category_logits=SURE * torch.nn.functional.one_hot(category, 3).float(),
-        photo_mask_logits=SURE * (2 * views.seen - 1),
+        object_logits=SURE * (2 * views.seen - 1),
     )
+
+
+def asked(prior: Prior, output: TrainingOutput, true: Crops, *rest):
+    """The objective of crops of one category."""
+    return objective({NAME: prior}, output, {NAME: true}, *rest)
 
 
 def test_the_estimate_of_the_true_numbers_is_the_truth(truth):
@@ -97,7 +113,7 @@ def test_every_loss_vanishes_at_the_truth(truth):
     prior, true = truth
     views, category = some_views()
     output = right_output(raw_truth(prior, true), true, views, category)
-    total, terms, _ = objective(prior, output, true, views, category, Weights(), None)
+    total, terms, _ = asked(prior, output, true, views, category, Weights(), None)
     assert set(terms) == {f.name for f in fields(Weights)} - {"cascade"}
     for name, value in terms.items():
         assert abs(float(value)) < 1e-4, name
@@ -120,7 +136,7 @@ def test_every_part_centric_loss_vanishes_at_the_truth(truth):
     views, category = some_views()
     raw = part_centric_truth(prior, true, true_shape(prior, true))
     output = right_output(raw, true, views, category)
-    _, terms, _ = objective(prior, output, true, views, category, Weights(), None)
+    _, terms, _ = asked(prior, output, true, views, category, Weights(), None)
     assert set(terms) == {f.name for f in fields(Weights)} - {"cascade", "joint"}
     for name, value in terms.items():
         assert abs(float(value)) < 1e-4, name
@@ -145,9 +161,10 @@ def test_a_network_without_dense_heads_has_no_dense_losses(truth):
     prior, true = truth
     views, category = some_views()
     output = right_output(raw_truth(prior, true), true, views, category)
-    output = replace(output, mask_logits=None, photo_mask_logits=None)
-    _, terms, _ = objective(prior, output, true, views, category, Weights(), PIXELS)
-    assert {"part_mask", "photo_mask"}.isdisjoint(terms)
+    of_crops = replace(output.crops[NAME], part_logits=None, object_logits=None)
+    output = replace(output, crops={NAME: of_crops}, object_logits=None)
+    _, terms, _ = asked(prior, output, true, views, category, Weights(), PIXELS)
+    assert {"part_mask", "object_mask", "photo_mask"}.isdisjoint(terms)
     assert {"cascade", "found_box", "joint"} <= set(terms)
 
 
@@ -168,11 +185,12 @@ def test_the_total_is_the_weighted_sum_of_the_terms(truth):
     views, category = some_views()
     output = random_output(prior, true, views)
     weights = Weights(**{f.name: 0.1 * (i + 1) for i, f in enumerate(fields(Weights))})
-    total, terms, _ = objective(prior, output, true, views, category, weights, PIXELS)
+    total, terms, stages = asked(prior, output, true, views, category, weights, PIXELS)
     expected = sum(getattr(weights, f.name) * terms[f.name] for f in fields(Weights))
     torch.testing.assert_close(total, expected)
-    stages = [terms.pop(f"stage_{s}") for s in (1, 2, 3)]
-    assert sum(stages) == pytest.approx(1)
+    shares = torch.stack([terms.pop(f"stage_{s}") for s in (1, 2, 3)])
+    assert shares.sum() == pytest.approx(1)
+    assert (torch.bincount(stages[NAME], minlength=4)[1:] / 8).tolist() == shares.tolist()
     assert set(terms) == {f.name for f in fields(Weights)}
 
 
@@ -190,12 +208,16 @@ def random_output(prior: Prior, true: Crops, views: Views, spread: float = 1.0) 
         return torch.randn(*shape, requires_grad=True)
 
     box = (views.box + 3 * torch.randn_like(views.box)).requires_grad_()
-    return TrainingOutput(
+    of_crops = CropOutput(
         raw=raw,
-        mask_logits=leaf(n, num_parts + 1, SIDE, SIDE),
+        part_logits=leaf(n, num_parts + 1, SIDE, SIDE),
+        object_logits=leaf(n, 1, SIDE, SIDE),
+    )
+    return TrainingOutput(
+        crops={NAME: of_crops},
         found_box=box,
         category_logits=leaf(len(box), 3),
-        photo_mask_logits=leaf(len(box), 1, SIDE, SIDE),
+        object_logits=leaf(len(box), 1, SIDE, SIDE),
     )
 
 
@@ -204,11 +226,13 @@ def test_every_output_is_taught_with_finite_gradients(truth, pixels):
     prior, true = truth
     views, category = some_views()
     output = random_output(prior, true, views)
-    total, terms, _ = objective(prior, output, true, views, category, Weights(), pixels)
+    total, terms, _ = asked(prior, output, true, views, category, Weights(), pixels)
     assert all(torch.isfinite(v) for v in terms.values())
     total.backward()
-    leaves = {k: v for k, v in vars(output.raw).items() if k != "nodes"}
-    leaves |= {k: v for k, v in vars(output).items() if k != "raw"}
+    of_crops = output.crops[NAME]
+    leaves = {k: v for k, v in vars(of_crops.raw).items() if k != "nodes"}
+    leaves |= {f"{k} of crops": v for k, v in vars(of_crops).items() if k != "raw"}
+    leaves |= {k: v for k, v in vars(output).items() if k != "crops"}
     for name, leaf in leaves.items():
         assert torch.isfinite(leaf.grad).all(), name
         assert leaf.grad.abs().max() > 0, name
@@ -284,9 +308,57 @@ def test_pictures_of_nothing_teach_the_category_alone(truth):
         found_box=found_box.requires_grad_(),
         category_logits=torch.zeros(6, 3, requires_grad=True),
     )
-    loss, terms, _ = objective(prior, output, true, views, category, Weights(), None)
+    loss, terms, _ = asked(prior, output, true, views, category, Weights(), None)
     loss.backward()
     assert terms["found_box"].isfinite()
     assert (output.found_box.grad[~nothing] != 0).any(dim=1).all()
     assert not output.found_box.grad[nothing].any()
     assert output.category_logits.grad[:, 2].sign().tolist() == [1, 1, 1, -1, -1, -1]
+
+
+def test_the_mask_that_says_the_true_share_costs_least(truth):
+    """Also where that is neither all nor nothing, for crops and whole photos alike."""
+    prior, true = truth
+    views, category = some_views()
+    share = 0.02 + 0.96 * torch.rand_like(true.seen)
+    true, views = replace(true, seen=share), replace(views, seen=share[: len(views.seen)])
+    right = torch.logit(share)
+    output = right_output(raw_truth(prior, true), true, views, category)
+
+    def terms(logits: torch.Tensor) -> torch.Tensor:
+        of_crops = replace(output.crops[NAME], object_logits=logits)
+        said = replace(output, crops={NAME: of_crops}, object_logits=logits[: len(views.seen)])
+        _, found, _ = asked(prior, said, true, views, category, Weights(), None)
+        return torch.stack([found["object_mask"], found["photo_mask"]])
+
+    least = terms(right)
+    for off in (-1.0, -0.1, 0.1, 1.0):
+        assert torch.all(terms(right + off) > least + 1e-4)
+    assert torch.all(terms(-right) > least + 0.1)
+    place = right.clone().requires_grad_()
+    mask_loss(place, share).backward()
+    torch.testing.assert_close(place.grad, torch.zeros_like(right), rtol=0, atol=1e-7)
+
+
+@pytest.mark.parametrize("pixels", [None, PIXELS])
+def test_losses_of_mixed_crops_are_means_over_the_categories(photos, pixels):
+    """However many parts each has; those of whole photos count once."""
+    views, category = some_views()
+    made = {name: exactly(some) for name, some in photos.items()}
+    rest = (views, category, Weights(), pixels)
+    outputs = {n: random_output(prior, true, views, 0.3) for n, (prior, true) in made.items()}
+    photo = outputs["laptop"]
+    alone = {}
+    for name, (prior, true) in made.items():
+        said = replace(photo, crops=outputs[name].crops)
+        alone[name] = asked(prior, said, true, *rest)
+    together = replace(photo, crops={n: o.crops[NAME] for n, o in outputs.items()})
+    priors, crops_by_name = ({n: pair[k] for n, pair in made.items()} for k in (0, 1))
+    total, terms, stages = objective(priors, together, crops_by_name, *rest)
+    torch.testing.assert_close(total, sum(t for t, *_ in alone.values()) / len(alone))
+    for key, value in terms.items():
+        expected = torch.stack([found[key] for _, found, _ in alone.values()]).mean()
+        torch.testing.assert_close(value, expected, msg=key)
+    assert set(stages) == (set() if pixels is None else set(made))
+    for name, stage in stages.items():
+        assert torch.equal(stage, alone[name][2][NAME])

@@ -51,7 +51,10 @@ def round_trip(run: Path, data: Path, tmp_path: Path) -> None:
     model = tmp_path / "paper.onnx"
     export(run, model)
     sample = shards.from_row(next(iter(Dataset.open(data).rows())))
-    prediction = load(model).predict(sample.image, sample.camera)  # box and category found
+    predictor = load(model)
+    assert not predictor.model.segments  # it has no dense head
+    prediction = predictor.predict(sample.image, sample.camera)  # box and category found
+    assert prediction.refinement is None
     assert all(np.isfinite(part.cam_T_part).all() for part in prediction.parts)
     out = tmp_path / "report"
     flags = ["--data", str(data), "--model", str(model), "--out", str(out), "--limit", "2"]
@@ -95,12 +98,14 @@ def test_a_stopped_run_of_it_goes_on_the_same(light_run, datasets, tmp_path, mon
     for key, value in expected.items():
         torch.testing.assert_close(ended[key], value, rtol=1e-5, atol=1e-6, msg=key)
     assert not any(k.startswith("optimizer.") and v.numel() == 0 for k, v in ended.items())
-    assert all("part_mask" not in e for e in read_log(job.out))
+    for entry in read_log(job.out):
+        assert {"part_mask", "object_mask", "photo_mask"}.isdisjoint(entry)
 
 
-@pytest.fixture
-def batches(photos) -> Batches:
-    return Batches(LIGHT, photos, None, torch.device("cpu"), 0)
+@pytest.fixture(params=[1, 2], ids=["one", "mixed"])
+def batches(request, photos) -> Batches:
+    recipe = replace(LIGHT, groups=request.param)
+    return Batches(recipe, photos, None, torch.device("cpu"), 0)
 
 
 def test_offline_features_are_computed_once_per_photo(batches, monkeypatch):
@@ -112,29 +117,30 @@ def test_offline_features_are_computed_once_per_photo(batches, monkeypatch):
     features, names = OfflineFeatures(network), list(batches.photos)
     seen = 0
     for step in (0, 1, 2, 0, 1, 2):
-        name, crops, views, category = batches(step)
-        got = features(name, crops, [names[c] for c in category.tolist()], views)
-        image = torch.cat([crops.image, views.image])
+        batch = batches(step)
+        asked = (batch.crops, [names[c] for c in batch.category.tolist()], batch.views)
+        got = features(*asked)
+        crop, _, _, photo = batch.inputs()
+        image = torch.cat([crop, photo])
         torch.testing.assert_close(got, offline(image), rtol=2e-3, atol=2e-3)
         seen += len(image)
     assert 0 < sum(computed) <= seen / 2
-    again = features(name, crops, [names[c] for c in category.tolist()], views)
-    assert torch.equal(again, got)
+    assert torch.equal(features(*asked), got)
 
 
 def test_features_that_are_kept_are_of_crops_that_do_not_vary(batches):
     """The same photo is the same crop whenever it comes; with augmentation it is not."""
-    fresh = replace(batches, recipe=replace(LIGHT, offline_features=False))
+    fresh = replace(batches, recipe=replace(batches.recipe, offline_features=False))
     for made, same in ((batches, True), (fresh, False)):
         met: dict[tuple[str, int], torch.Tensor] = {}
         compared = 0
         for step in range(12):
-            name, crops, _, _ = made(step)
-            for i, image in zip(crops.index.tolist(), crops.image, strict=True):
-                if (name, i) in met:
-                    assert torch.equal(met[name, i], image) == same
-                    compared += 1
-                met[name, i] = image
+            for name, crops in made(step).crops.items():
+                for i, image in zip(crops.index.tolist(), crops.image, strict=True):
+                    if (name, i) in met:
+                        assert torch.equal(met[name, i], image) == same
+                        compared += 1
+                    met[name, i] = image
         assert compared > 5
 
 

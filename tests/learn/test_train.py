@@ -2,7 +2,7 @@
 
 import json
 import math
-from dataclasses import asdict, replace
+from dataclasses import asdict, fields, replace
 from itertools import pairwise
 from pathlib import Path
 
@@ -17,11 +17,12 @@ from r2art.data import shards
 from r2art.data.shards import Dataset
 from r2art.learn import checkpoint
 from r2art.learn import train as train_module
-from r2art.learn.batches import Batches
+from r2art.learn.batches import Batches, load_photos
 from r2art.learn.journal import CURVES, Journal, read_log
 from r2art.learn.memory import Photos
 from r2art.learn.objective import Weights
 from r2art.learn.recipes import RECIPES, Recipe, recipe_of
+from r2art.learn.stages import LOG as STAGES
 from r2art.learn.step import learning_rate_share
 from r2art.learn.train import Training, make_optimizer, train
 from r2art.method.network import R2ArtNet
@@ -92,17 +93,22 @@ def log_of(folder: Path) -> list[dict]:
     return [{k: v for k, v in e.items() if k != "seconds"} for e in read_log(folder)]
 
 
+def _stopped_at_4(write):
+    """Stops a run one step after its last checkpoint."""
+
+    def stopped(self, step):
+        write(self, step)
+        if step == 4:
+            raise KeyboardInterrupt
+
+    return stopped
+
+
 def test_a_run_that_was_stopped_ends_as_one_that_was_not(job, often, monkeypatch, tmp_path):
     whole = replace(job, out=tmp_path / "whole")
     train(whole)
     write = Journal.write
-
-    def stopped(self, step):
-        write(self, step)
-        if step == 4:  # one step after the last checkpoint
-            raise KeyboardInterrupt
-
-    monkeypatch.setattr(Journal, "write", stopped)
+    monkeypatch.setattr(Journal, "write", _stopped_at_4(write))
     with pytest.raises(KeyboardInterrupt):
         train(job)
     assert [e["step"] for e in log_of(job.out)] == [1, 2, 3, 4]
@@ -120,6 +126,75 @@ def test_a_run_that_was_stopped_ends_as_one_that_was_not(job, often, monkeypatch
     again = (job.out / checkpoint.STATE).stat().st_mtime_ns
     train(job)  # it is done
     assert (job.out / checkpoint.STATE).stat().st_mtime_ns == again
+
+
+def test_kept_features_leave_the_trunk_and_a_stopped_run_ends_the_same(job, often, monkeypatch):
+    """Its features are computed anew when it goes on, and come out as they were."""
+    recipe = replace(SHORT, offline_features=True, photos=1)
+    whole = replace(job, recipe=recipe, out=job.out.parent / "whole", precision="no")
+    train(whole)
+    torch.manual_seed(recipe.seed)
+    start = recipe.make(tuple(p.category for p in load_photos(job.data).values())).state_dict()
+    expected = load_file(whole.out / checkpoint.STATE)
+    for key, value in start.items():
+        for state in ("model.", "average.module."):
+            same = torch.equal(expected[state + key], value)
+            if key.startswith("trunk."):
+                assert same, state + key
+            elif key.startswith("neck.") and value.ndim > 1:
+                assert not same, state + key
+    monkeypatch.setattr(Journal, "write", _stopped_at_4(Journal.write))
+    with pytest.raises(KeyboardInterrupt):
+        train(replace(whole, out=job.out))
+    monkeypatch.undo()
+    train(replace(whole, out=job.out))
+    ended = load_file(job.out / checkpoint.STATE)
+    assert ended.keys() == expected.keys()
+    for key, value in expected.items():
+        torch.testing.assert_close(ended[key], value, rtol=1e-6, atol=1e-6, msg=key)
+
+
+def test_a_loss_that_does_not_count_teaches_nothing(job, often):
+    weights = Weights(part_mask=0.0, object_mask=0.0, photo_mask=0.0)
+    recipe = replace(SHORT, steps=1, weights=weights)
+    train(replace(job, recipe=recipe, precision="no"))
+    (entry,) = log_of(job.out)
+    assert entry["part_mask"] > 0  # it is known all the same
+    torch.manual_seed(recipe.seed)
+    before = recipe.make(tuple(p.category for p in load_photos(job.data).values()))
+    after = load_file(job.out / checkpoint.STATE)
+    changed = {
+        name
+        for name, p in before.named_parameters()
+        if p.ndim > 1 and not torch.equal(after[f"model.{name}"], p)
+    }
+    assert any(name.startswith("neck.") for name in changed)
+    assert not any(name.startswith("object_logits.") for name in changed)
+
+
+def test_of_others_no_features_are_kept():
+    with pytest.raises(ValueError, match="0, not 2"):
+        replace(SHORT, offline_features=True, others=2)
+
+
+@pytest.mark.parametrize("groups", [1, 2])
+def test_a_step_teaches_the_categories_of_its_batch(job, often, groups):
+    """And the log of stages has a line of each."""
+    recipe = replace(SHORT, steps=1, groups=groups, cascade_from=0)
+    train(replace(job, recipe=recipe, precision="no"))
+    lines = [json.loads(line) for line in (job.out / STAGES).read_text().splitlines()]
+    for entry in lines:
+        assert entry["step"] == 1
+        assert len(entry["samples"]) == len(entry["stages"]) == SHORT.crops
+    (entry,) = log_of(job.out)
+    assert {f.name for f in fields(Weights)} <= set(entry)
+    torch.manual_seed(recipe.seed)
+    before = recipe.make(tuple(p.category for p in load_photos(job.data).values())).state_dict()
+    after = load_file(job.out / checkpoint.STATE)
+    changed = {k for k, v in before.items() if not torch.equal(after[f"model.{k}"], v)}
+    taught = {k.split(".")[1] for k in changed if k.startswith("heads.")}
+    assert taught == {entry["category"] for entry in lines}
+    assert len(taught) == len(lines) == groups
 
 
 def test_a_run_learns(run):
@@ -224,7 +299,8 @@ def test_a_step_without_a_finite_gradient_is_skipped_and_counted(datasets, tmp_p
     photos = Photos.from_dataset(Dataset.open(datasets["drawer"]))
     recipe = replace(SHORT, crops=2, photos=1, steps=5)
     batches = Batches(recipe, {"drawer": photos}, None, torch.device("cpu"), 0)
-    met = [size for s in range(5) for size in set(batches(s)[1].box_size[:, 0, 0].tolist())]
+    crops = [batches(step).crops["drawer"] for step in range(5)]
+    met = [size for c in crops for size in set(c.box_size[:, 0, 0].tolist())]
     often_met = max(met, key=met.count)
     broken = int((photos.box_size[:, 0, 0] == often_met).nonzero()[0, 0])
 
@@ -287,6 +363,8 @@ def test_every_recipe_builds_a_network_and_takes_its_number_of_steps(name, photo
 def test_the_papers_recipe_goes_200_times_through_the_data():
     recipe = RECIPES["paper"]().for_photos(1000, processes=2)
     assert recipe.steps * 2 * recipe.crops == pytest.approx(200 * 1000, abs=64)
+    mixed = replace(RECIPES["paper"](), groups=2).for_photos(1000, categories=2, processes=2)
+    assert mixed.steps == pytest.approx(recipe.steps / 2, abs=1)
 
 
 def test_a_run_older_than_an_option_has_its_default():

@@ -40,8 +40,10 @@ def test_another_backbone_is_another_word(cubes, chest, inputs, backbone):
     image, box, K, photo = inputs
     for category in (cubes, chest):
         num_parts, num_joints = len(category.part_names), len(category.joints)
-        output = network(category.name, image, box, K, photo)
-        shapes = {k: tuple(v.shape) for k, v in numbers(output.raw).items()}
+        output = network((category.name,), image, box, K, photo)
+        assert list(output.crops) == [category.name]
+        of_crops = output.crops[category.name]
+        shapes = {k: tuple(v.shape) for k, v in numbers(of_crops.raw).items()}
         assert shapes == {
             "up": (CROPS, 3),
             "right": (CROPS, 3),
@@ -52,11 +54,12 @@ def test_another_backbone_is_another_word(cubes, chest, inputs, backbone):
             "center_shift": (CROPS, num_parts, 3),
             "confidence_logit": (CROPS, num_parts),
         }
-        assert output.mask_logits.shape == (CROPS, num_parts + 1, SIZE // 4, SIZE // 4)
+        assert of_crops.part_logits.shape == (CROPS, num_parts + 1, SIZE // 4, SIZE // 4)
+        assert of_crops.object_logits.shape == (CROPS, 1, SIZE // 4, SIZE // 4)
         assert output.found_box.shape == (PHOTOS, 4)
         assert output.category_logits.shape == (PHOTOS, 3)
-        assert output.photo_mask_logits.shape == (PHOTOS, 1, SIZE // 4, SIZE // 4)
-        found = estimate(network.priors[category.name], output.raw, box, K)
+        assert output.object_logits.shape == (PHOTOS, 1, SIZE // 4, SIZE // 4)
+        found = estimate(network.priors[category.name], of_crops.raw, box, K)
         assert found.cam_T_part.shape == (CROPS, num_parts, 4, 4)
         assert found.axis.shape == found.pivot.shape == (CROPS, num_joints, 3)
 
@@ -71,7 +74,7 @@ def test_what_has_no_such_features_is_refused(cubes):
 def test_before_training_an_object_stands_before_the_camera_half_open(chest, inputs):
     network = make((chest,)).eval()
     image, box, K, photo = inputs
-    raw = network("chest", image, box, K, photo).raw
+    raw = network(("chest",), image, box, K, photo).crops["chest"].raw
     found = estimate(network.priors["chest"], raw, box, K)
     torch.testing.assert_close(raw.joint_share, torch.full((CROPS, 3), 0.5), rtol=0, atol=0.2)
     torch.testing.assert_close(
@@ -87,15 +90,42 @@ def test_before_training_an_object_stands_before_the_camera_half_open(chest, inp
 
 def test_the_root_part_is_never_shifted(chest, inputs):
     image, box, K, photo = inputs
-    raw = make((chest,))("chest", image, box, K, photo).raw
+    raw = make((chest,))(("chest",), image, box, K, photo).crops["chest"].raw
     assert torch.all(raw.center_shift[:, 0] == 0)
     assert torch.all(raw.center_shift[:, 1:] != 0)
+
+
+def test_a_frozen_trunk_says_the_same_before_and_during_training(chest, inputs):
+    crop, box, K, photo = inputs
+    network = make((chest,), frozen_trunk=True).train()
+    before = {k: v.clone() for k, v in network.state_dict().items()}
+    image = torch.cat([crop, photo])
+    known = network.offline(image)
+    for kept, of_trunk in zip(network.maps(known), network.trunk(image), strict=True):
+        torch.testing.assert_close(kept, of_trunk)
+
+    def said(**features) -> dict[str, torch.Tensor]:
+        output = network(("chest",), crop, box, K, photo, **features)
+        return numbers(output.crops["chest"].raw) | {"found_box": output.found_box}
+
+    first, second = said(), said(offline=known)
+    for key, value in first.items():
+        torch.testing.assert_close(second[key], value, rtol=1e-4, atol=1e-5, msg=key)
+    other = said(offline=known.roll(1, dims=0))
+    assert not torch.allclose(other["up"], first["up"], rtol=1e-3)
+    sum(v.sum() for v in second.values()).backward()
+    taught = {k.split(".")[0] for k, p in network.named_parameters() if p.grad is not None}
+    assert {"neck", "heads", "found_box"} <= taught
+    changed = {k.split(".")[0] for k, v in network.state_dict().items() if (v != before[k]).any()}
+    assert "neck" in changed  # its statistics
+    assert "trunk" not in taught | changed
 
 
 def test_the_confidence_does_not_teach_the_features(chest, inputs):
     image, box, K, photo = inputs
     network = make((chest,))
-    network("chest", image, box, K, photo).raw.confidence_logit.sum().backward()
+    output = network(("chest",), image, box, K, photo)
+    output.crops["chest"].raw.confidence_logit.sum().backward()
     taught = {name.split(".")[0] for name, p in network.named_parameters() if p.grad is not None}
     assert taught == {"heads"}
 
@@ -104,11 +134,11 @@ def test_a_category_is_read_by_its_own_heads(cubes, chest, inputs):
     """Training one category's heads leaves what is said of the other."""
     image, box, K, photo = inputs
     network = make((cubes, chest)).eval()
-    before = network("cubes", image, box, K, photo).raw
+    before = network(("cubes",), image, box, K, photo).crops["cubes"].raw
     with torch.no_grad():
         for parameter in network.heads["chest"].parameters():
             parameter.add_(1.0)
-    after = network("cubes", image, box, K, photo).raw
+    after = network(("cubes",), image, box, K, photo).crops["cubes"].raw
     for name, value in numbers(before).items():
         assert torch.equal(value, numbers(after)[name]), name
 
@@ -116,20 +146,59 @@ def test_a_category_is_read_by_its_own_heads(cubes, chest, inputs):
 def test_crops_do_not_see_each_other(cubes, inputs):
     image, box, K, photo = inputs
     network = make((cubes,)).eval()
-    together = network("cubes", image, box, K, photo)
+    together = network(("cubes",), image, box, K, photo)
+    expected = numbers(together.crops["cubes"].raw)
     for i in range(CROPS):
-        alone = network("cubes", image[i : i + 1], box[i : i + 1], K[i : i + 1], photo[:1])
-        for key, value in numbers(alone.raw).items():
-            torch.testing.assert_close(value[0], numbers(together.raw)[key][i], rtol=0, atol=1e-4)
+        alone = network(("cubes",), image[i : i + 1], box[i : i + 1], K[i : i + 1], photo[:1])
+        for key, value in numbers(alone.crops["cubes"].raw).items():
+            torch.testing.assert_close(value[0], expected[key][i], rtol=0, atol=1e-4)
     torch.testing.assert_close(alone.found_box[0], together.found_box[0], rtol=0, atol=1e-3)
+
+
+def test_categories_asked_together_say_what_each_says_alone(cubes, chest, inputs):
+    """Equally many crops of each, in the order of the names."""
+    image, box, K, photo = inputs
+    network = make((cubes, chest)).eval()
+    twice = (torch.cat([image, image.flip(0)]), torch.cat([box, box.flip(0)]), torch.cat([K, K]))
+    together = network(("chest", "cubes"), *twice, photo)
+    assert list(together.crops) == ["chest", "cubes"]
+    for name, alone in (
+        ("chest", network(("chest",), image, box, K, photo)),
+        ("cubes", network(("cubes",), image.flip(0), box.flip(0), K, photo)),
+    ):
+        expected, found = alone.crops[name], together.crops[name]
+        for key, value in numbers(expected.raw).items():
+            torch.testing.assert_close(numbers(found.raw)[key], value, rtol=0, atol=1e-4)
+        for key in ("part_logits", "object_logits"):
+            torch.testing.assert_close(
+                getattr(found, key), getattr(expected, key), rtol=0, atol=1e-4
+            )
+        torch.testing.assert_close(together.object_logits, alone.object_logits, rtol=0, atol=1e-4)
+    with pytest.raises(ValueError, match="zip"):
+        network(("chest", "cubes"), image, box, K, photo)  # three crops of two categories
+
+
+def test_one_head_tells_where_the_object_is_whatever_its_category(cubes, chest, inputs):
+    """In crops and photos alike, and in the crop as the exported file says it."""
+    image, box, K, _ = inputs
+    network = make((cubes, chest)).eval()
+    output = network(("chest",), image, box, K, image)
+    logits = output.crops["chest"].object_logits
+    torch.testing.assert_close(output.object_logits, logits, rtol=0, atol=1e-5)
+    as_cubes = network(("cubes",), image, box, K, image).crops["cubes"].object_logits
+    torch.testing.assert_close(as_cubes, logits, rtol=0, atol=1e-5)
+    share = network.object_mask(network.features(image)[0])
+    torch.testing.assert_close(share, logits[:, 0].sigmoid(), rtol=0, atol=1e-5)
+    assert share.std() > 0
 
 
 def test_numbers_that_become_poses_are_float32_in_mixed_precision(cubes, inputs):
     image, box, K, photo = inputs
     with torch.autocast("cpu", torch.bfloat16):
-        output = make((cubes,))("cubes", image, box, K, photo)
-    assert output.mask_logits.dtype == torch.bfloat16  # the rest is cheap
-    for key, value in numbers(output.raw).items():
+        output = make((cubes,))(("cubes",), image, box, K, photo)
+    of_crops = output.crops["cubes"]
+    assert of_crops.part_logits.dtype == torch.bfloat16  # the rest is cheap
+    for key, value in numbers(of_crops.raw).items():
         assert value.dtype == torch.float32, key
     assert output.found_box.dtype == torch.float32
 

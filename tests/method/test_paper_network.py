@@ -35,7 +35,9 @@ def numbers(raw: RawEstimate) -> dict[str, torch.Tensor]:
 
 def taught(network: PaperNet, output: TrainingOutput) -> set[str]:
     """The parts of the network that all it says depends on."""
-    said = [*numbers(output.raw).values(), output.found_box, output.category_logits]
+    said = [output.found_box, output.category_logits]
+    for of_crops in output.crops.values():
+        said += numbers(of_crops.raw).values()
     sum(v.square().sum() for v in said).backward()
     return {name.split(".")[0] for name, p in network.named_parameters() if p.grad is not None}
 
@@ -54,13 +56,14 @@ def taught(network: PaperNet, output: TrainingOutput) -> set[str]:
 def test_every_backbone_is_one_word(chest, inputs, features, depth, joint):
     network = PaperNet((chest,), features, depth, joint, SIZE, width=32)
     crop, box, K, photo = inputs
-    output = network("chest", crop, box, K, photo)
-    found = estimate(network.priors["chest"], output.raw, box, K)
+    output = network(("chest",), crop, box, K, photo)
+    found = estimate(network.priors["chest"], output.crops["chest"].raw, box, K)
     assert found.cam_T_part.shape == (CROPS, 4, 4, 4)
     assert found.joint_state.shape == (CROPS, 3)
     assert output.found_box.shape == (PHOTOS, 4)
     assert output.category_logits.shape == (PHOTOS, 2)
-    assert output.mask_logits is output.photo_mask_logits is None
+    of_crops = output.crops["chest"]
+    assert of_crops.part_logits is of_crops.object_logits is output.object_logits is None
     everything = {name.split(".")[0] for name, _ in network.named_parameters()}
     assert taught(network, output) == everything - {"frozen"}
 
@@ -69,19 +72,22 @@ def test_frozen_features_can_be_computed_before(chest, inputs):
     crop, box, K, photo = inputs
     network = small(chest).eval()
     known = network.offline(torch.cat([crop, photo]))
-    first = network("chest", crop, box, K, photo)
-    second = network("chest", crop, box, K, photo, offline=known)
-    for key, value in numbers(first.raw).items():
-        torch.testing.assert_close(numbers(second.raw)[key], value, msg=key)
-    other = network("chest", crop, box, K, photo, offline=known.roll(1, dims=0))
-    assert not torch.allclose(other.raw.up, first.raw.up)
+
+    def said(**features) -> RawEstimate:
+        return network(("chest",), crop, box, K, photo, **features).crops["chest"].raw
+
+    first, second = said(), said(offline=known)
+    for key, value in numbers(first).items():
+        torch.testing.assert_close(numbers(second)[key], value, msg=key)
+    other = said(offline=known.roll(1, dims=0))
+    assert not torch.allclose(other.up, first.up)
 
 
 def test_what_is_frozen_stays_so_in_training(chest, inputs):
     crop, box, K, photo = inputs
     network = small(chest).train()
     before = {k: v.clone() for k, v in network.state_dict().items()}
-    network("chest", crop, box, K, photo)
+    network(("chest",), crop, box, K, photo)
     changed = {k for k, v in network.state_dict().items() if not torch.equal(v, before[k])}
     assert {k.split(".")[0] for k in changed} >= {"depth", "joint", "unet"}  # their statistics
     assert not any(k.startswith("frozen.") for k in changed)
@@ -92,14 +98,32 @@ def test_asked_by_halves_it_says_the_same(chest, cubes, inputs):
     """What export and inference call is what training calls."""
     crop, box, K, photo = inputs
     network = small(chest, cubes).eval()
-    whole = network("chest", crop, box, K, photo)
+    whole = network(("chest",), crop, box, K, photo)
     _, seen = network.features(crop)
     raw = network.estimate_raw("chest", seen, box, K)
-    for key, value in numbers(whole.raw).items():
+    for key, value in numbers(whole.crops["chest"].raw).items():
         torch.testing.assert_close(numbers(raw)[key], value, msg=key)
     found_box, logits = network.find(network.features(photo)[1])
     torch.testing.assert_close(found_box, whole.found_box)
     torch.testing.assert_close(logits, whole.category_logits)
+
+
+def test_categories_asked_together_say_what_each_says_alone(chest, cubes, inputs):
+    """Equally many crops of each, in the order of the names."""
+    crop, box, K, photo = inputs
+    network = small(chest, cubes).eval()
+    twice = (torch.cat([crop, crop.flip(0)]), torch.cat([box, box.flip(0)]), torch.cat([K, K]))
+    together = network(("cubes", "chest"), *twice, photo)
+    assert list(together.crops) == ["cubes", "chest"]
+    alone = {
+        "cubes": network(("cubes",), crop, box, K, photo),
+        "chest": network(("chest",), crop.flip(0), box.flip(0), K, photo),
+    }
+    for name, output in alone.items():
+        for key, value in numbers(output.crops[name].raw).items():
+            found = numbers(together.crops[name].raw)[key]
+            torch.testing.assert_close(found, value, rtol=0, atol=1e-4, msg=key)
+        torch.testing.assert_close(together.found_box, output.found_box, rtol=0, atol=1e-2)
 
 
 @pytest.mark.parametrize(
@@ -114,10 +138,10 @@ def test_the_branches_are_decoupled(chest, inputs, branch, moves):
     """As in the paper: no branch's backbone moves what another estimates."""
     crop, box, K, photo = inputs
     network = small(chest).eval()
-    before = numbers(network("chest", crop, box, K, photo).raw)
+    before = numbers(network(("chest",), crop, box, K, photo).crops["chest"].raw)
     for parameter in getattr(network, branch).parameters():
         parameter.data.mul_(1.5)
-    after = numbers(network("chest", crop, box, K, photo).raw)
+    after = numbers(network(("chest",), crop, box, K, photo).crops["chest"].raw)
     changed = {k for k in before if not torch.allclose(before[k], after[k], rtol=0, atol=1e-7)}
     assert changed - {"confidence_logit"} == moves
 
@@ -125,9 +149,9 @@ def test_the_branches_are_decoupled(chest, inputs, branch, moves):
 def test_the_depth_branch_knows_the_camera_and_no_other_does(chest, inputs):
     crop, box, K, photo = inputs
     network = small(chest).eval()
-    before = numbers(network("chest", crop, box, K, photo).raw)
+    before = numbers(network(("chest",), crop, box, K, photo).crops["chest"].raw)
     zoomed = K * torch.tensor([2.0, 2.0, 1.0])[:, None]
-    after = numbers(network("chest", crop, box, zoomed, photo).raw)
+    after = numbers(network(("chest",), crop, box, zoomed, photo).crops["chest"].raw)
     changed = {k for k in before if not torch.allclose(before[k], after[k], rtol=0, atol=1e-7)}
     assert changed - {"confidence_logit"} == {"log_lambda", "log_scale", "center_shift"}
 
@@ -135,8 +159,8 @@ def test_the_depth_branch_knows_the_camera_and_no_other_does(chest, inputs):
 def test_part_centric_heads_pose_every_part(chest, inputs):
     crop, box, K, photo = inputs
     network = small(chest, pose_heads="part")
-    output = network("chest", crop, box, K, photo)
-    nodes = output.raw.nodes
+    output = network(("chest",), crop, box, K, photo)
+    nodes = output.crops["chest"].raw.nodes
     assert nodes is not None
     assert nodes.up.shape == nodes.right.shape == (CROPS, 3, 3)
     assert nodes.phi.shape == (CROPS, 3, 2)

@@ -7,7 +7,7 @@ import roma
 import torch
 import warp as wp
 
-from r2art.method import se3, silhouette_warp
+from r2art.method import se3, silhouette_fast, silhouette_warp
 from r2art.method.kinematics import forward_kinematics
 from r2art.method.shape import Prior, Shape
 from r2art.method.silhouette import (
@@ -16,7 +16,7 @@ from r2art.method.silhouette import (
     plain_silhouettes,
 )
 
-f64 = torch.float64
+f32, f64 = torch.float32, torch.float64
 H, W = 40, 48
 DEVICES = ["cpu", pytest.param("cuda", marks=pytest.mark.skipif(
     not torch.cuda.is_available(), reason="no GPU"))]  # fmt: skip
@@ -62,6 +62,24 @@ def test_they_are_the_plain_silhouettes(chest, batch, radius, device):
     torch.testing.assert_close(fast.union.cpu().to(f64), plain.union, atol=1e-5, rtol=0)
 
 
+@pytest.mark.parametrize("radius", [1.7, 2.5, 4.0, 6.3])
+@pytest.mark.parametrize("width", [45, 48])
+def test_groups_of_four_pixels_add_up_to_the_same(chest, radius, width):
+    """The form of GPUs, by one thread."""
+    _, inputs = scene(chest, 3, dtype=torch.float32)
+    *surface, pose, K = inputs
+    tensors = [t.expand(3, *t.shape).flatten(0, 1) for t in surface]
+    tensors += [pose.flatten(0, 1), K[:, None].expand(3, 4, 3, 3).flatten(0, 1).contiguous()]
+    target = silhouette_fast.Target(H, width, radius)
+    found = []
+    for in_fours in (False, True):
+        canvas = target.canvas(12, pose)
+        silhouette_fast.splat(tensors, canvas, target, in_fours=in_fours)
+        found.append(target.images(canvas))
+    assert found[0].amax() > 1.5
+    torch.testing.assert_close(found[1], found[0], atol=1e-5, rtol=1e-5)
+
+
 @pytest.mark.parametrize("device", DEVICES)
 @pytest.mark.parametrize("radius", [2.5, 6.3])
 def test_gradients_are_finite_differences_of_the_plain_silhouettes(chest, batch, radius, device):
@@ -84,16 +102,44 @@ def test_gradients_are_finite_differences_of_the_plain_silhouettes(chest, batch,
         assert error < 1e-5 * terms.abs().sum(), DIFFERENTIABLE[i]
 
 
-def test_every_gradient_is_that_of_the_plain_silhouettes(chest, batch):
+@pytest.mark.parametrize("device", DEVICES)
+def test_every_gradient_is_that_of_the_plain_silhouettes(chest, batch, device):
     prior, inputs = scene(chest, *batch)
     weights = torch.randn(*batch, 4, H, W, dtype=f64), torch.randn(*batch, H, W, dtype=f64)
     found = []
-    for render, dtype in ((plain_silhouettes, f64), (fast_silhouettes, torch.float32)):
-        given = [t.to(dtype).requires_grad_() for t in inputs[:4]]
-        total = weighted(render, prior, [*given, inputs[4].to(dtype)], weights, 2.5)
-        found.append(torch.autograd.grad(total, given))
+    for render, place in ((plain_silhouettes, ("cpu", f64)), (fast_silhouettes, (device, f32))):
+        *given, K = (t.to(*place) for t in inputs)
+        given = [t.requires_grad_() for t in given]
+        found.append(torch.autograd.grad(weighted(render, prior, [*given, K], weights, 2.5), given))
     for plain, fast in zip(*found, strict=True):
-        torch.testing.assert_close(fast.to(f64), plain, atol=1e-5 * plain.abs().amax(), rtol=1e-4)
+        fast = fast.to("cpu", f64)
+        torch.testing.assert_close(fast, plain, atol=1e-5 * plain.abs().amax(), rtol=1e-4)
+
+
+@pytest.mark.skipif(not torch.cuda.is_available(), reason="no GPU")
+def test_a_cuda_graph_replays_them_with_new_inputs(chest):
+    prior, (*surface, pose, K) = scene(chest, 3, device="cuda", dtype=torch.float32)
+    shape = shaped(prior, *surface)
+    pose.requires_grad_()
+
+    def render() -> tuple[torch.Tensor, torch.Tensor]:
+        union = fast_silhouettes(shape, pose, K, (H, W)).union
+        return union, torch.autograd.grad(union.square().sum(), pose)[0]
+
+    stream = torch.cuda.Stream()
+    stream.wait_stream(torch.cuda.current_stream())
+    with torch.cuda.stream(stream):
+        render()
+    torch.cuda.current_stream().wait_stream(stream)
+    graph = torch.cuda.CUDAGraph()
+    with torch.cuda.graph(graph, stream=stream):
+        replayed = render()
+    with torch.no_grad():
+        pose += 0.02 * torch.randn_like(pose)
+    graph.replay()
+    for found, expected in zip(replayed, render(), strict=True):
+        atol = 1e-5 * float(expected.abs().amax())
+        torch.testing.assert_close(found, expected, atol=atol, rtol=1e-4)
 
 
 @pytest.mark.parametrize("which", ["parts", "union"])
@@ -109,11 +155,12 @@ def test_a_loss_may_look_at_the_parts_or_the_union_alone(chest, which):
     torch.testing.assert_close(found[1].to(f64), found[0], atol=atol, rtol=1e-4)
 
 
+@pytest.mark.parametrize("device", DEVICES)
 @pytest.mark.parametrize("render", [plain_silhouettes, fast_silhouettes])
 @pytest.mark.parametrize("odd", [float("nan"), float("inf"), -float("inf")])
-def test_points_that_are_not_finite_contribute_nothing(chest, render, odd):
+def test_points_that_are_not_finite_contribute_nothing(chest, render, odd, device):
     prior, inputs = scene(chest, 2)
-    *surface, pose, K = (t.float() for t in inputs)
+    *surface, pose, K = (t.to(device, torch.float32) for t in inputs)
     pose.requires_grad_()
     points, normals, areas = surface
     without = areas.clone()
@@ -160,10 +207,11 @@ def test_what_is_behind_or_infinitely_far_is_not_seen_and_has_no_gradient(chest,
     assert torch.autograd.grad(seen.parts.sum(), pose)[0].isfinite().all()
 
 
+@pytest.mark.parametrize("device", DEVICES)
 @pytest.mark.parametrize("empty", ["samples", "points"])
-def test_nothing_gives_nothing(chest, empty):
+def test_nothing_gives_nothing(chest, empty, device):
     prior, inputs = scene(chest, 2)
-    points, normals, areas, pose, K = (t.float() for t in inputs)
+    points, normals, areas, pose, K = (t.to(device, torch.float32) for t in inputs)
     if empty == "samples":
         pose, K = pose[:0], K[:0]
     else:
@@ -216,4 +264,4 @@ def test_the_kernels_compile_for_a_gpu_that_is_not_there(tmp_path):
     wp.init()
     made = wp.compile_aot_module(silhouette_warp, arch=[90], module_dir=tmp_path, use_ptx=True)
     assert ".target sm_90" in made[0].read_text(errors="ignore")
-    assert "atom.global.add.f32" in made[0].read_text(errors="ignore")
+    assert "red.global.add.v4.f32" in made[0].read_text(errors="ignore")

@@ -105,10 +105,12 @@ def train(
     data: UseAppendAction[tuple[Path, ...]],
     out: Path,
     steps: int | None = None,
+    minutes: float | None = None,
     turns: Annotated[tuple[str, ...], arg(metavar="NAME=N...")] = (),
     backbone_weights: Path | None = None,
     init: Path | None = None,
     backgrounds: Path | None = None,
+    precision: Literal["no", "bf16"] | None = None,
     compile: Annotated[bool, arg(help_behavior_hint="")] = False,
 ) -> int:
     """Train a network on rendered datasets, or go on with a run that was stopped.
@@ -117,12 +119,14 @@ def train(
     processes: `accelerate launch -m r2art train ...`.
 
     Args:
-        recipe: tiny, a model from scratch; further, to go on from a trained one (--init); smoke,
-            a few steps to see that everything runs; paper, the paper's network; the ablations
-            are in docs/training.md.
+        recipe: tiny, a model from scratch; further, to go on from a trained one (--init); many,
+            all categories at once on a GPU; smoke, a few steps to see that everything runs; paper,
+            the paper's network; the ablations are in docs/training.md.
         data: A dataset of `r2art synth`; once per category.
         out: Folder of the run.
         steps: Instead of the recipe's number of optimiser steps.
+        minutes: End after so long, if the steps are not done before; the learning rate falls in
+            time.
         turns: How often categories have their turn, relative to each other (laptop=0.5): less for
             those that are learned already; else by their numbers of parts.
         backbone_weights: .npz or .safetensors to start the trunk from; for the paper's network
@@ -130,6 +134,7 @@ def train(
         init: Folder of a trained run, or model file (.onnx), to start from. Categories that it
             does not know get new heads on its trunk.
         backgrounds: Folder of photos to swap in behind the objects.
+        precision: bf16: mixed precision, which is usual on a GPU; no: all in float32.
         compile: Compile the small network: a minute more to start, shorter steps; needs a C++
             compiler.
     """
@@ -151,6 +156,8 @@ def train(
             init=init,
             backgrounds=backgrounds,
             out=out,
+            minutes=minutes,
+            precision=precision,
             compiled=compile,
         )
     )

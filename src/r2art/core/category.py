@@ -7,6 +7,7 @@ joint states 0: closed) every part frame is the root frame. Positive states open
 """
 
 import json
+from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import BinaryIO, Literal
@@ -37,6 +38,73 @@ class Joint:
 
 
 @dataclass(frozen=True, kw_only=True)
+class Symmetry:
+    """Another labelling of the parts under which an object looks the same.
+
+    The parts trade names and the root frame is turned by half: what was called ``swap[k]`` is
+    now part k. The new root frame's origin is the centre of the new root's box, so
+
+        ``cam_T_part'[k] = cam_T_part[swap[k]] @ S``, ``S = [diag(signs) | box_center[swap[0]]]``,
+
+    box centres are carried by ``inverse(S)``, box sizes stay with their parts (half a turn about
+    a coordinate axis keeps extents) and joint states with their joints. That is exact for any
+    shape and any pivots, which ``inverse(S)`` carries, too. Done twice it changes nothing.
+
+    Attributes:
+        swap: P part numbers; the inverse of itself.
+        axis: Axis of the root frame about which half a turn is made.
+    """
+
+    swap: tuple[int, ...]
+    axis: Literal["x", "y", "z"]
+
+    @property
+    def signs(self) -> tuple[int, int, int]:
+        """The diagonal of the half turn's rotation matrix."""
+        x, y, z = (1 if self.axis == name else -1 for name in "xyz")
+        return x, y, z
+
+    def joint_swap(self, parents: Sequence[int]) -> tuple[int, ...]:
+        """J joint numbers: which joint's state joint j has under the other labelling.
+
+        Args:
+            parents: The part on which each joint hangs.
+
+        Raises:
+            ValueError: Parts that a joint connects would trade names with two that none does.
+        """
+        ends = [frozenset((j + 1, parent)) for j, parent in enumerate(parents)]
+        traded = [frozenset(self.swap[part] for part in pair) for pair in ends]
+        return tuple(ends.index(pair) for pair in traded)
+
+    def fits(self, joints: Sequence[Joint]) -> bool:
+        """Whether the joints of the category move alike under both labellings.
+
+        The turned axes must be the joints' own, or their opposites where parent and child have
+        traded places: then the child sees its parent turn the other way round.
+        """
+        if sorted(self.swap) != list(range(len(joints) + 1)):
+            return False
+        if any(self.swap[self.swap[part]] != part for part in self.swap):
+            return False
+        try:
+            others = self.joint_swap([joint.parent for joint in joints])
+        except ValueError:
+            return False
+        for joint, j in zip(joints, others, strict=True):
+            other = joints[j]
+            sense = 1 if self.swap[joint.parent] == other.parent else -1
+            turned = sense * np.multiply(self.signs, other.axis)
+            if joint.kind != other.kind or np.abs(turned - joint.axis).max() > PARALLEL:
+                return False
+        return True
+
+
+PARALLEL = 0.1
+"""How far the ends of unit axes may be apart that are taken for one; a mean of many wavers."""
+
+
+@dataclass(frozen=True, kw_only=True)
 class Category:
     """A category's prior: its mean object, at rest, in the root frame (metres).
 
@@ -59,6 +127,7 @@ class Category:
             it (`r2art.method.shape.Deformation`). None where it is not known.
         mesh: The surface of the parts as few triangles, for their outlines. None where it is not
             known.
+        symmetry: The labelling that is as good as the given one; None: every other is wrong.
     """
 
     name: str
@@ -73,6 +142,7 @@ class Category:
     size_spread: float = 0.0
     shape_basis: FloatArray | None = None
     mesh: Mesh | None = None
+    symmetry: Symmetry | None = None
 
     def __post_init__(self) -> None:
         for j, joint in enumerate(self.joints):
@@ -81,6 +151,11 @@ class Category:
                     f"joint {j} of {self.name} hangs on part {joint.parent}, but only parts "
                     f"0..{j} exist by then; order the joints parents-first"
                 )
+        if self.symmetry is not None and not self.symmetry.fits(self.joints):
+            raise ValueError(
+                f"{self.symmetry} does not map the joints of {self.name} to each other; "
+                "trade parts in pairs, joined alike, and turn joint axes into joint axes"
+            )
 
     @property
     def diagonal(self) -> float:
@@ -97,6 +172,7 @@ class Category:
             "joints": [asdict(j) for j in self.joints],
             "frontal_area": self.frontal_area,
             "size_spread": self.size_spread,
+            "symmetry": self.symmetry and asdict(self.symmetry),
         }
         names = ("box_center", "box_size", "points", "normals", "areas", "shape_basis")
         arrays = {k: v for k in names if (v := getattr(self, k)) is not None}
@@ -120,6 +196,7 @@ class Category:
                 )
                 for j in meta["joints"]
             )
+            symmetry = meta.get("symmetry")
             return cls(
                 name=meta["name"],
                 part_names=tuple(meta["part_names"]),
@@ -135,4 +212,5 @@ class Category:
                 mesh=Mesh(vertices=f["mesh_vertices"], faces=f["mesh_faces"], part=f["mesh_part"])
                 if "mesh_faces" in f
                 else None,
+                symmetry=symmetry and Symmetry(swap=tuple(symmetry["swap"]), axis=symmetry["axis"]),
             )

@@ -10,6 +10,7 @@ from scipy.spatial import ConvexHull, QhullError
 
 from r2art.core.category import Category, Joint
 from r2art.core.mesh import Mesh
+from r2art.data.categories import with_symmetry
 from r2art.data.coarse import coarse_mesh
 from r2art.data.pose import posed_vertices, root_T_part
 from r2art.data.shape import Instance, Surface
@@ -41,7 +42,7 @@ def category_prior(instances: Sequence[Instance], staging: Staging) -> Category:
     box_center[0] = 0.0
     typical = _typical(centers, np.exp(log_sizes), box_center, box_size)
     points, normals, areas = _surface_points(instances[typical], box_center, box_size)
-    return Category(
+    category = Category(
         name=instances[0].category,
         part_names=instances[0].part_names,
         joints=_mean_joints(instances, box_center, box_size),
@@ -55,6 +56,7 @@ def category_prior(instances: Sequence[Instance], staging: Staging) -> Category:
         shape_basis=shape_basis(centers, np.exp(log_sizes), box_center, box_size),
         mesh=_mesh(instances[typical], box_center, box_size),
     )
+    return with_symmetry(category)
 
 
 def with_mesh(category: Category, instances: Sequence[Instance]) -> Category:

@@ -23,6 +23,7 @@ from PIL import Image
 from r2art.core.camera import Camera
 from r2art.core.category import Category
 from r2art.core.errors import InputError, UsageError
+from r2art.data.categories import with_symmetry
 from r2art.data.sample import Sample
 from r2art.data.source import Fault
 
@@ -195,14 +196,15 @@ def shard_size(manifest: dict[str, Any]) -> int:
 
 
 def read_prior(folder: Path) -> Category:
-    """The category prior of a dataset.
+    """The category prior of a dataset, with the symmetry that older ones did not store.
 
     Raises:
         Fault: It is missing or damaged.
     """
     path = folder / PRIOR
     try:
-        return Category.load(io.BytesIO(path.read_bytes()))  # NumPy forgets to close bad files
+        content = io.BytesIO(path.read_bytes())  # NumPy forgets to close bad files
+        return with_symmetry(Category.load(content))
     except FileNotFoundError:
         raise Fault(str(path), "", "is missing") from None
     except KeyError as error:

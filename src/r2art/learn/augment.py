@@ -4,6 +4,7 @@ Views are made in batches of tensors. Randomness comes from one generator per st
 resumed run sees what the uninterrupted one would have seen.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import torch
@@ -14,7 +15,7 @@ from torch.nn import functional as F
 from r2art.data.sample import BACKDROP
 from r2art.learn.chance import Chance
 from r2art.learn.faults import camera_faults
-from r2art.learn.memory import Photos
+from r2art.learn.memory import Photos, Picked, joined
 from r2art.learn.relabel import poses_through
 from r2art.method.shape import box_corners
 
@@ -28,12 +29,15 @@ CROP_MARGIN = 1.25
 class Crops:
     """B crops round objects of one category, with the labels the objective needs.
 
-    ``index`` says which photos of the category's they are from.
+    ``index`` says which photos of the category's they are from. ``part`` are the photo's mask
+    values (`r2art.data.sample.Sample.mask`), ``seen`` is the share of each place that shows the
+    object.
     """
 
     index: Int[Tensor, " B"]
     image: Float[Tensor, "B 3 S S"]
     part: Int[Tensor, "B s s"]
+    seen: Float[Tensor, "B 1 s s"]
     K: Float[Tensor, "B 3 3"]
     box: Float[Tensor, "B 4"]
     cam_T_part: Float[Tensor, "B P 4 4"]
@@ -81,61 +85,91 @@ def crops(
     augment: bool = True,
 ) -> Crops:
     """Square crops of ``size`` px round the (jittered) boxes of the chosen photos."""
-    device = chance.device
-    box = photos.box[index].to(device)
-    if augment:
-        box = jitter(box, chance)
-    image, mask = pictures(photos, index, chance, backdrops, augment=augment)
+    return crops_of([(photos, index)], size, chance, backdrops, augment=augment)[0]
+
+
+def crops_of(
+    chosen: Sequence[tuple[Photos, Int[Tensor, " B"]]],
+    size: int,
+    chance: Chance,
+    backdrops: Tensor | None,
+    *,
+    augment: bool = True,
+) -> list[Crops]:
+    """`crops` of several categories, whose photos are of one size.
+
+    Pictures of all are made together: a GPU waits for the number of operations, not for theirs.
+    """
+    picked = joined([photos.pick(index, chance.device) for photos, index in chosen])
+    box = jitter(picked.box, chance) if augment else picked.box
+    image, mask = pictures(picked, chance, backdrops, augment=augment)
     center, extent = (box[:, :2] + box[:, 2:]) / 2, box[:, 2:] - box[:, :2]
     half = CROP_MARGIN * extent.amax(dim=1, keepdim=True) / 2
     corner = center - half
     window = torch.cat([corner, center + half], dim=1)
     view = sample_window(image, window, size)
-    part = sample_window(mask[:, None], window, size // MASK_STRIDE, "nearest")[:, 0]
+    part = sample_window(mask[:, None], window, size // MASK_STRIDE, "nearest")
+    seen = shares(sample_window(shows_object(mask), window, size))
     zoom = size / (2 * half)
-    K = photos.K[index].to(device).clone()
+    of_photo = torch.cat([photos.K[index] for photos, index in chosen]).to(chance.device)
+    K = of_photo.clone()
     K[:, :2, 2] -= corner
     K[:, :2] *= zoom[:, :, None]
     if augment:
-        hide = chance.happens(0.3, len(index))
-        view, part = occlude(view, part, hide, chance, backdrops)
+        view, part, seen = occlude(view, part, seen, chance, backdrops)
         view = camera_faults(view, chance)
-    found = Crops(
-        index=index,
-        image=view,
-        part=part.long(),
-        K=K,
-        box=(box - corner.repeat(1, 2)) * zoom,
-        cam_T_part=photos.cam_T_part[index].to(device),
-        joint_state=photos.joint_state[index].to(device),
-        box_center=photos.box_center[index].to(device),
-        box_size=photos.box_size[index].to(device),
-    )
+    pixels = {
+        "image": view,
+        "part": part[:, 0].long(),
+        "seen": seen,
+        "K": K,
+        "box": (box - corner.repeat(1, 2)) * zoom,
+    }
+    sizes = [len(index) for _, index in chosen]
+    rows = [
+        dict(zip(pixels, t, strict=True))
+        for t in zip(*(v.split(sizes) for v in pixels.values()), strict=True)
+    ]
+    found = [
+        Crops(index=index, **row, **photos.labels(index, chance.device))
+        for (photos, index), row in zip(chosen, rows, strict=True)
+    ]
     if not augment:
         return found
-    true_focal = photos.K[index, 0, 0].to(device) / photos.image.shape[-1]
+    true_focal = of_photo[:, 0, 0] / picked.image.shape[-1]
     return other_focal_length(found, true_focal, chance)
 
 
-def other_focal_length(crops: Crops, true_focal: Float[Tensor, " B"], chance: Chance) -> Crops:
+def other_focal_length(
+    crops: Sequence[Crops], true_focal: Float[Tensor, " all"], chance: Chance
+) -> list[Crops]:
     """Some crops as a user with a wrongly guessed camera would give them.
 
     The image stays; the labels become the poses that look most alike through the wrong focal
     length. So the network learns to trust the picture over the stated perspective.
 
     Args:
-        crops: Labelled for the true camera.
-        true_focal: Its focal length, in widths of the photo.
+        crops: Of one or several categories, labelled for the true camera.
+        true_focal: Its focal length for each of all crops, in widths of the photo.
         chance: Decides which crops, and the guess: a field of view of 45° to 75°.
     """
-    n = len(crops.image)
+    n = len(true_focal)
     guess = 0.5 / torch.tan(torch.deg2rad(chance.uniform(45, 75, n)) / 2)
     factor = torch.where(chance.happens(0.35, n), guess / true_focal, 1.0)
-    stated = crops.K.clone()
-    stated[:, :2, :2] *= factor[:, None, None]
-    corners = box_corners(crops.box_center, crops.box_size)
-    moved = poses_through(stated, crops.cam_T_part, corners, crops.box, crops.K)
-    return replace(crops, K=stated, cam_T_part=moved)
+    factors = factor.split([len(c.image) for c in crops])
+    stated = [c.K.clone() for c in crops]
+    for K, f in zip(stated, factors, strict=True):
+        K[:, :2, :2] *= f[:, None, None]
+    moved = poses_through(
+        stated,
+        [c.cam_T_part for c in crops],
+        [box_corners(c.box_center, c.box_size) for c in crops],
+        [c.box for c in crops],
+        [c.K for c in crops],
+    )
+    return [
+        replace(c, K=K, cam_T_part=poses) for c, K, poses in zip(crops, stated, moved, strict=True)
+    ]
 
 
 def jitter(box: Float[Tensor, "B 4"], chance: Chance) -> Float[Tensor, "B 4"]:
@@ -145,18 +179,27 @@ def jitter(box: Float[Tensor, "B 4"], chance: Chance) -> Float[Tensor, "B 4"]:
     return box + (amount * chance.normal(len(box), 4)).clamp(-0.2, 0.2) * extent
 
 
+def shows_object(mask: Float[Tensor, "B H W"]) -> Float[Tensor, "B 1 H W"]:
+    """1 where a mask of a photo is of a part."""
+    return ((mask > 0) & (mask != BACKDROP)).float()[:, None]
+
+
+def shares(mask: Float[Tensor, "B 1 S S"]) -> Float[Tensor, "B 1 s s"]:
+    """Mean of the pixels of every place."""
+    return F.avg_pool2d(mask, MASK_STRIDE)
+
+
 def views(
-    photos: Photos,
-    index: Int[Tensor, " N"],
+    photos: Picked,
     size: int,
     chance: Chance,
     backdrops: Tensor | None,
     *,
     augment: bool = True,
 ) -> Views:
-    """The chosen photos, cut to a random format and letterboxed to ``size`` px."""
-    box = photos.box[index].to(chance.device)
-    image, mask = pictures(photos, index, chance, backdrops, augment=augment)
+    """Photos, cut to a random format and letterboxed to ``size`` px."""
+    index, box = photos.index, photos.box
+    image, mask = pictures(photos, chance, backdrops, augment=augment)
     height, width = image.shape[-2:]
     whole = torch.tensor([0.0, 0.0, width, height], device=chance.device).expand(len(index), 4)
     seen = format_around(box, whole, chance) if augment else whole
@@ -164,8 +207,7 @@ def views(
     center, side = (seen[:, :2] + seen[:, 2:]) / 2, extent.amax(dim=1, keepdim=True)
     window = torch.cat([center - side / 2, center + side / 2], dim=1)
     view = sample_window(image, window, size)
-    object_seen = ((mask > 0) & (mask != BACKDROP)).float()[:, None]
-    object_seen = sample_window(object_seen, window, size // MASK_STRIDE)
+    seen_share = shares(sample_window(shows_object(mask), window, size))
     zoom = size / side
     if augment:
         view = camera_faults(view, chance)
@@ -173,7 +215,7 @@ def views(
     return Views(
         index=index,
         image=view.masked_fill(bars[:, None], 0.0),
-        seen=object_seen,
+        seen=seen_share,
         box=(box - window[:, :2].repeat(1, 2)) * zoom,
     )
 
@@ -181,9 +223,8 @@ def views(
 def empty_views(n: int, size: int, chance: Chance, backdrops: Tensor | None) -> Views:
     """Pictures that show no object: photos, plain ones, and noise, in any format."""
     grain = F.interpolate(chance.uniform(-1, 1, n, 3, 32, 32), (size, size), mode="nearest")
-    grain = torch.where(
-        chance.happens(0.5, n, 1, 1, 1), chance.uniform(-1, 1, n, 3, size, size), grain
-    )
+    fine = (0.6 * chance.grain(n, 3, size, size)).clamp(-1, 1)
+    grain = torch.where(chance.happens(0.5, n, 1, 1, 1), fine, grain)
     picture = other_backdrops(n, size, chance, backdrops)
     picture = torch.where(chance.happens(0.1, n, 1, 1, 1), grain, picture)
     half = size / 2 * torch.where(chance.happens(0.5, n, 2), chance.uniform(0.5, 1, n, 2), 1.0)
@@ -214,20 +255,18 @@ def outside(box: Float[Tensor, "N 4"], size: int) -> Tensor:
 
 
 def pictures(
-    photos: Photos,
-    index: Int[Tensor, " B"],
+    photos: Picked,
     chance: Chance,
     backdrops: Tensor | None,
     *,
     augment: bool,
 ) -> tuple[Float[Tensor, "B 3 H W"], Float[Tensor, "B H W"]]:
     """Images in [-1, 1] and masks, some with another backdrop behind the scene."""
-    image = photos.image[index].to(chance.device).float() / 127.5 - 1
-    mask = photos.mask[index].to(chance.device)
+    image, mask = photos.image.float() / 127.5 - 1, photos.mask
     if augment:
-        swap = chance.happens(0.4, len(index))[:, None, None] & (mask == BACKDROP)
+        swap = chance.happens(0.4, len(mask))[:, None, None] & (mask == BACKDROP)
         height, width = image.shape[-2:]
-        other = other_backdrops(len(index), max(height, width), chance, backdrops)
+        other = other_backdrops(len(mask), max(height, width), chance, backdrops)
         other = other[..., :height, :width]
         image = torch.where(swap[:, None], other, image)
     return image, mask.float()
@@ -252,20 +291,19 @@ def other_backdrops(
 
 
 def occlude(
-    image: Tensor, part: Tensor, hide: Tensor, chance: Chance, backdrops: Tensor | None
-) -> tuple[Tensor, Tensor]:
-    """Cover an ellipse or a rectangle of some views with something else."""
+    image: Tensor, part: Tensor, seen: Tensor, chance: Chance, backdrops: Tensor | None
+) -> tuple[Tensor, Tensor, Tensor]:
+    """Cover an ellipse or a rectangle of some views, and of their masks, with something else."""
     n, size = len(image), image.shape[-1]
+    hide = chance.happens(0.3, n)[:, None, None]
     center, radius = chance.uniform(0, 1, n, 2), chance.uniform(0.06, 0.25, n, 2)
     is_round = chance.happens(0.5, n)[:, None, None]
 
-    def covered(cells: int) -> Tensor:
-        at = (torch.arange(cells, device=image.device) + 0.5) / cells
-        x = ((at - center[:, :1]) / radius[:, :1])[:, None, :].abs()
-        y = ((at - center[:, 1:]) / radius[:, 1:])[:, :, None].abs()
-        inside = torch.where(is_round, x.square() + y.square() < 1, torch.maximum(x, y) < 1)
-        return inside & hide[:, None, None]
-
-    other = other_backdrops(n, size, chance, backdrops)
-    image = torch.where(covered(size)[:, None], other, image)
-    return image, part.masked_fill(covered(part.shape[-1]), 0.0)
+    at = (torch.arange(size, device=image.device) + 0.5) / size
+    x = ((at - center[:, :1]) / radius[:, :1])[:, None, :].abs()
+    y = ((at - center[:, 1:]) / radius[:, 1:])[:, :, None].abs()
+    inside = torch.where(is_round, x.square() + y.square() < 1, torch.maximum(x, y) < 1)
+    covered = (inside & hide)[:, None]
+    image = torch.where(covered, other_backdrops(n, size, chance, backdrops), image)
+    free = 1 - shares(covered.float())
+    return image, part.masked_fill(free < 0.5, 0.0), seen * free

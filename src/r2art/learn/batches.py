@@ -1,12 +1,14 @@
 """What a step is trained on: datasets, backdrops, and the batch of every step."""
 
-from collections.abc import Sequence
-from dataclasses import dataclass, fields
+from collections.abc import Mapping, Sequence
+from concurrent.futures import Future, ThreadPoolExecutor
+from dataclasses import dataclass
+from itertools import groupby
 from pathlib import Path
-from typing import TypeVar
 
 import numpy as np
 import torch
+from jaxtyping import Int
 from torch import Tensor
 from torch.nn import functional as F
 
@@ -15,13 +17,11 @@ from r2art.data.scenes.surroundings import Surroundings, read_picture
 from r2art.data.shards import Dataset
 from r2art.learn import augment
 from r2art.learn.chance import Chance
-from r2art.learn.memory import Photos
+from r2art.learn.memory import Photos, Picked, joined
 from r2art.learn.recipes import Recipe
 
 OTHERS_HELD_OUT = 5
 """Of so many backdrops, in the order of their names, the first never stands for other objects."""
-
-Some = TypeVar("Some", augment.Crops, augment.Views)
 
 
 def open_datasets(folders: Sequence[Path]) -> dict[str, Dataset]:
@@ -44,6 +44,15 @@ def load_photos(folders: Sequence[Path]) -> dict[str, Photos]:
     return {name: Photos.from_dataset(d) for name, d in open_datasets(folders).items()}
 
 
+def placed(photos: dict[str, Photos], device: torch.device) -> dict[str, Photos]:
+    """The photos on a GPU that has three times the room for them, else where they are."""
+    if device.type != "cuda":
+        return photos
+    needed = sum(p.image.nbytes + p.mask.nbytes for p in photos.values())
+    free, _ = torch.cuda.mem_get_info(device)
+    return {k: p.to(device) for k, p in photos.items()} if 3 * needed < free else photos
+
+
 def load_backdrops(folder: Path | None, size: int = 224) -> Tensor | None:
     """(N, 3, size, size) uint8 photos to stand behind objects."""
     pictures = []
@@ -53,6 +62,32 @@ def load_backdrops(folder: Path | None, size: int = 224) -> Tensor | None:
         square = photo[..., :side, :side]
         pictures.append(F.interpolate(square, (size, size), mode="area")[0].byte())
     return torch.stack(pictures) if pictures else None
+
+
+@dataclass(frozen=True, kw_only=True)
+class Batch:
+    """What one step sees.
+
+    Attributes:
+        crops: Equally many of each of some categories.
+        views: Whole photos.
+        category: What those show: a category, by its number, or last, none.
+    """
+
+    crops: Mapping[str, augment.Crops]
+    views: augment.Views
+    category: Int[Tensor, " N"]
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """The crops' categories."""
+        return tuple(self.crops)
+
+    def inputs(self) -> tuple[Tensor, Tensor, Tensor, Tensor]:
+        """What a network's training pass takes beside `names`: crops, boxes, intrinsics, photos."""
+        of_crops = ("image", "box", "K")
+        joined = (torch.cat([getattr(c, k) for c in self.crops.values()]) for k in of_crops)
+        return *joined, self.views.image
 
 
 @dataclass(frozen=True)
@@ -70,34 +105,55 @@ class Batches:
     device: torch.device
     rank: int
 
-    def __call__(self, step: int) -> tuple[str, augment.Crops, augment.Views, Tensor]:
-        """Category, its crops, whole photos, and what those show: a category, or last, none."""
-        name, n = self.turn(step), self.recipe.shares
-        shares = [self._share(step, name, k) for k in range(self.rank * n, (self.rank + 1) * n)]
-        crops, views, category = zip(*shares, strict=True)
-        return name, _joined(crops), _joined(views), torch.cat(category)
+    def __call__(self, step: int) -> Batch:
+        """The batch of a step, counted from 0."""
+        names, n = self.turn(step), self.recipe.shares
+        shares = [self._share(step, names, k) for k in range(self.rank * n, (self.rank + 1) * n)]
+        return Batch(
+            crops={name: joined([s.crops[name] for s in shares]) for name in names},
+            views=joined([s.views for s in shares]),
+            category=torch.cat([s.category for s in shares]),
+        )
 
-    def _share(self, step: int, name: str, k: int) -> tuple[augment.Crops, augment.Views, Tensor]:
+    def _share(self, step: int, names: tuple[str, ...], k: int) -> Batch:
         key = np.random.SeedSequence((self.recipe.seed, step, k))
         chance = Chance(int(key.generate_state(1, np.uint64)[0] >> 1), self.device)
-        size, source = self.recipe.input_size, self.photos[name]
-        varied = not self.recipe.offline_features
-        index = chance.choice(len(source), self.recipe.crops)
-        crops = augment.crops(source, index, size, chance, self.backdrops, augment=varied)
-        views, category = [], []
-        for c, photos in enumerate(self.photos.values()):
-            n = (self.recipe.photos + (c + step) % len(self.photos)) // len(self.photos)
-            if n == 0:  # with many categories not all have a turn
-                continue
-            chosen = chance.choice(len(photos), n)
-            views.append(
-                augment.views(photos, chosen, size, chance, self.backdrops, augment=varied)
-            )
-            category += [c] * n
+        size, varied = self.recipe.input_size, not self.recipe.offline_features
+        crops: dict[str, augment.Crops] = {}
+        for same in self._of_one_size(names):
+            photos = [self.photos[name] for name in same]
+            chosen = [(p, chance.choice(len(p), self.recipe.crops)) for p in photos]
+            made = augment.crops_of(chosen, size, chance, self.backdrops, augment=varied)
+            crops |= dict(zip(same, made, strict=True))
+        picked, category = self._picked(step, chance)
+        views = [augment.views(p, size, chance, self.backdrops, augment=varied) for p in picked]
         if (n := self.recipe.others) > 0:
             views.append(augment.empty_views(n, size, chance, self._others()))
             category += [len(self.photos)] * n
-        return crops, _joined(views), torch.tensor(category, device=self.device)
+        return Batch(
+            crops={name: crops[name] for name in names},
+            views=joined(views),
+            category=torch.tensor(category, device=self.device),
+        )
+
+    def _picked(self, step: int, chance: Chance) -> tuple[list[Picked], list[int]]:
+        """Whole photos of all categories in turn, those of one size together; and of which each."""
+        picked: list[Picked] = []
+        category: list[int] = []
+        for c, photos in enumerate(self.photos.values()):
+            n = (self.recipe.photos + (c + step) % len(self.photos)) // len(self.photos)
+            if n > 0:  # with many categories not all have a turn
+                picked.append(photos.pick(chance.choice(len(photos), n), self.device))
+                category += [c] * n
+        of_one_size = groupby(picked, key=lambda p: p.mask.shape[1:])
+        return [joined(list(group)) for _, group in of_one_size], category
+
+    def _of_one_size(self, names: tuple[str, ...]) -> list[list[str]]:
+        """The categories, those together whose photos have one size."""
+        found: dict[torch.Size, list[str]] = {}
+        for name in names:
+            found.setdefault(self.photos[name].mask.shape[1:], []).append(name)
+        return list(found.values())
 
     def _others(self) -> Tensor | None:
         """Backdrops that also stand for other objects: every fifth never does, for evaluation."""
@@ -106,16 +162,32 @@ class Batches:
         shown = torch.arange(len(self.backdrops)) % OTHERS_HELD_OUT != 0
         return self.backdrops[shown] if shown.any() else None
 
-    def turn(self, step: int) -> str:
+    def turn(self, step: int) -> tuple[str, ...]:
         """Whose crops a step sees: by the recipe, or in proportion to a category's parts."""
         given = self.recipe.turns
         turns = [given.get(n, len(p.category.part_names)) for n, p in self.photos.items()]
         key = np.random.SeedSequence((self.recipe.seed, step, 1 << 32))
-        name = np.random.default_rng(key).choice(list(self.photos), p=np.divide(turns, sum(turns)))
-        return str(name)
+        size = min(self.recipe.groups, np.count_nonzero(turns))
+        share = np.divide(turns, sum(turns))
+        names = np.random.default_rng(key).choice(list(self.photos), size, replace=False, p=share)
+        return tuple(name for name in self.photos if name in names)
 
 
-def _joined(parts: Sequence[Some]) -> Some:
-    return type(parts[0])(
-        **{f.name: torch.cat([getattr(p, f.name) for p in parts]) for f in fields(parts[0])}
-    )
+class Ahead:
+    """`Batches`, each made by a thread while the step before is taken: a GPU's CPU has the time."""
+
+    def __init__(self, batches: Batches) -> None:
+        self.recipe, self.photos, self._batches = batches.recipe, batches.photos, batches
+        self._pool = ThreadPoolExecutor(1)
+        self._made: dict[int, Future[Batch]] = {}
+
+    def __call__(self, step: int) -> Batch:
+        """The batch of a step; that of the next is begun."""
+        made = self._made.pop(step, None) or self._pool.submit(self._batches, step)
+        self._made = {step + 1: self._pool.submit(self._batches, step + 1)}
+        return made.result()
+
+    def rest(self) -> None:
+        """Wait until what was begun is made."""
+        for made in self._made.values():
+            made.result()

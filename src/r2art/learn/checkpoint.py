@@ -118,8 +118,7 @@ def load_network(folder: Path) -> tuple[Network, dict[str, Any]]:
 def adopt(network: Network, trained: Network) -> None:
     """Start a network from a trained one, which may know other categories.
 
-    Heads of categories that both know are taken over; what depends on the list of categories
-    keeps its fresh start.
+    Heads of categories that both know are taken over, and what the classifier says of them.
 
     Raises:
         InputError: Their trunks, necks or input sizes differ.
@@ -132,6 +131,12 @@ def adopt(network: Network, trained: Network) -> None:
             f"the run to start from is another network (first at {odd[0]}); "
             "start from a run of the same recipe"
         )
+    known = [name for name in network.names if name in trained.names]
+    to = [*(network.names.index(name) for name in known), len(network.names)]
+    of = [*(trained.names.index(name) for name in known), len(trained.names)]
+    for key in ours.keys() - fitting.keys():
+        if key.startswith("category_logits.") and key in theirs:
+            fitting[key] = ours[key].index_copy(0, torch.tensor(to), theirs[key][of])
     network.load_state_dict(ours | fitting)
 
 

@@ -34,8 +34,8 @@ from r2art.method.outputs import Network
 FORMAT = "r2art/model/1"
 OPSET = 18
 FIELDS = ("cam_T_part", "box_center", "box_size", "confidence", "joint_state", "axis", "pivot")
-MASKS = "part_masks"
-"""One more, of networks that segment the parts."""
+MASK = "object_mask"
+"""One more output, of networks that tell where the object is seen."""
 
 
 class Graph(nn.Module):
@@ -66,9 +66,8 @@ class Graph(nn.Module):
         outputs = [found_box, torch.cat([scores, nothing], dim=-1)]
         for name in self.names:
             outputs += self._estimate(name, seen, K, box)
-        for name in self.names:
-            if (masks := self.network.part_masks(name, dense)) is not None:
-                outputs.append(masks)
+        if (mask := self.network.object_mask(dense)) is not None:
+            outputs.append(mask)
         return tuple(outputs)
 
     def _estimate(self, name: str, seen: Any, K: Tensor, box: Tensor) -> list[Tensor]:
@@ -88,11 +87,11 @@ class Graph(nn.Module):
 
 def output_names(network: Network, names: tuple[str, ...]) -> list[str]:
     """Names of the graph's outputs, for these categories."""
-    segments = type(network).part_masks is not Network.part_masks
+    segments = type(network).object_mask is not Network.object_mask
     return [
         *("found_box", "category_scores"),
         *(f"{name}.{field}" for name in names for field in FIELDS),
-        *(f"{name}.{MASKS}" for name in names if segments),
+        *([MASK] if segments else []),
     ]
 
 

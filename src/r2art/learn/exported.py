@@ -26,10 +26,11 @@ PREFIX = "network."
 BIAS = ".weight_bias"
 """The exporter's name for the bias of a convolution that has swallowed a normalisation."""
 HALF = "_half"
-DENSE = ("neck.lateral.0.", "neck.at_8.", "neck.fine_lateral.", "neck.narrow.", "neck.at_4.")
-MAY_LACK = (*DENSE, "photo_mask.")
-"""Layers that a file may lack: of the head of whole photos, which is not exported, and those that
-only the dense heads read, where its masks are coarser."""
+MAY_LACK = (
+    *("neck.lateral.0.", "neck.at_8.", "neck.fine_lateral.", "neck.narrow.", "neck.at_4."),
+    "object_logits.",
+)
+"""Layers that a file may lack: those of the object's mask, which older files do not have."""
 
 
 def load_exported(network: R2ArtNet, path: Path, inputs: Sequence[Any]) -> None:
@@ -39,8 +40,8 @@ def load_exported(network: R2ArtNet, path: Path, inputs: Sequence[Any]) -> None:
         network: Overwritten where the file knows its layers: trunk, neck, and the heads of
             categories that both know. The list of categories decides whether the classifier is.
         path: A file of `r2art export`.
-        inputs: Of one training pass, from which folded layers learn their statistics; it leaves
-            what the network computes unchanged.
+        inputs: Crops, boxes, intrinsics and photos of a training pass, from which folded layers
+            learn their statistics; it leaves what the network computes unchanged.
 
     Raises:
         ModelError: It is no such file, or of another network.
@@ -106,7 +107,7 @@ def _tensors(path: Path) -> dict[str, Tensor]:
 
 def _for_each_category(network: R2ArtNet, inputs: Sequence[Any]) -> list[tuple[Any, ...]]:
     """The same pass through the heads of every category."""
-    return [(name, *inputs[1:]) for name in network.names]
+    return [((name,), *inputs) for name in network.names]
 
 
 def _normalised(network: R2ArtNet, inputs: Sequence[Any]) -> list[tuple[nn.Conv2d, nn.BatchNorm2d]]:

@@ -8,7 +8,6 @@ from pathlib import Path
 from typing import Any
 
 import matplotlib as mpl
-from torch import Tensor
 
 from r2art.data.shards import write_atomically
 
@@ -27,10 +26,10 @@ class Journal:
         self._seen: dict[str, list[float]] = defaultdict(list)
         self._since = time.perf_counter()
 
-    def add(self, terms: Mapping[str, Tensor]) -> None:
+    def add(self, terms: Mapping[str, float]) -> None:
         """Note the losses of one step."""
         for name, value in terms.items():
-            self._seen[name].append(float(value))
+            self._seen[name].append(value)
 
     def means(self) -> dict[str, float]:
         """Means over the steps since the last line that had the loss at all."""

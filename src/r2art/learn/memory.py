@@ -3,12 +3,15 @@
 Cores that train cannot also decode: a quarter of a megabyte per 256² photo is the price.
 """
 
-from collections.abc import Iterable
-from dataclasses import dataclass
+from collections.abc import Iterable, Iterator, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass, fields, replace
+from itertools import islice
+from typing import TypeVar
 
 import numpy as np
 import torch
-from jaxtyping import Float, UInt8
+from jaxtyping import Float, Int, UInt8
 from rich.console import Console
 from rich.progress import track
 from torch import Tensor
@@ -18,7 +21,27 @@ from r2art.core.errors import InputError
 from r2art.data.sample import Sample
 from r2art.data.shards import Dataset, from_row
 
+DECODED_AT_ONCE = 128
 LABELS = ("box", "cam_T_part", "joint_state", "box_center", "box_size")
+
+
+Some = TypeVar("Some")
+
+
+def joined(parts: Sequence[Some]) -> Some:
+    """Data classes of tensors as one, along the first axis."""
+    names = [f.name for f in fields(parts[0])]  # pyright: ignore[reportArgumentType]
+    return type(parts[0])(**{n: torch.cat([getattr(p, n) for p in parts]) for n in names})
+
+
+@dataclass(frozen=True, kw_only=True)
+class Picked:
+    """Some photos as pictures alone, of one or several categories; ``index`` as in `Photos`."""
+
+    index: Int[Tensor, " N"]
+    image: UInt8[Tensor, "N 3 H W"]
+    mask: UInt8[Tensor, "N H W"]
+    box: Float[Tensor, "N 4"]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -42,8 +65,28 @@ class Photos:
     def from_dataset(cls, dataset: Dataset) -> "Photos":
         """Decode every shard of a dataset, with a progress bar."""
         title, console = f"reading {dataset.folder.name}", Console(stderr=True)
-        rows = track(dataset.rows(), title, total=len(dataset), console=console)
-        return cls.from_samples(dataset.category, (from_row(r) for r in rows), len(dataset))
+        samples = track(_decoded(dataset), title, total=len(dataset), console=console)
+        return cls.from_samples(dataset.category, samples, len(dataset))
+
+    def pick(self, index: Int[Tensor, " N"], device: torch.device) -> "Picked":
+        """The pictures of some of them, on the device."""
+        return Picked(
+            index=index,
+            image=self.image[index].to(device),
+            mask=self.mask[index].to(device),
+            box=self.box[index].to(device),
+        )
+
+    def labels(self, index: Int[Tensor, " N"], device: torch.device) -> dict[str, Tensor]:
+        """What is known of the objects in some of them, on the device."""
+        names = ("cam_T_part", "joint_state", "box_center", "box_size")
+        return {name: getattr(self, name)[index].to(device) for name in names}
+
+    def to(self, device: torch.device) -> "Photos":
+        """The same on a device that has room for them."""
+        tensors = {f.name: getattr(self, f.name) for f in fields(self)}
+        moved = {k: v.to(device) for k, v in tensors.items() if isinstance(v, Tensor)}
+        return replace(self, **moved)
 
     @classmethod
     def from_samples(cls, category: Category, samples: Iterable[Sample], n: int) -> "Photos":
@@ -74,3 +117,11 @@ class Photos:
             K=torch.from_numpy(K),
             **{name: torch.from_numpy(np.stack(v)) for name, v in labels.items()},
         )
+
+
+def _decoded(dataset: Dataset) -> Iterator[Sample]:
+    """All samples in order; decoders let other threads run, so every core decodes."""
+    with ThreadPoolExecutor() as pool:
+        rows = iter(dataset.rows())
+        while block := list(islice(rows, DECODED_AT_ONCE)):
+            yield from pool.map(from_row, block)

@@ -1,5 +1,6 @@
 """What training minimises: base losses, the cascade after a warm-up, and auxiliary tasks."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import torch
@@ -8,10 +9,11 @@ from torch import Tensor
 from torch.nn import functional as F
 
 from r2art.learn.augment import Crops, Views
+from r2art.learn.equivalent import better_labels
 from r2art.method import cascade, losses, se3
 from r2art.method.depth import translation_targets, viewing_ray
 from r2art.method.estimate import Estimate, estimate
-from r2art.method.outputs import NOTHING_KNOWN, NodePoses, RawEstimate, TrainingOutput
+from r2art.method.outputs import NOTHING_KNOWN, CropOutput, NodePoses, RawEstimate, TrainingOutput
 from r2art.method.projection import resize_intrinsics
 from r2art.method.rotation import egocentric_to_allocentric
 from r2art.method.shape import Prior, Shape, box_corners, deform, deformation_of, thinned
@@ -28,6 +30,7 @@ class Weights:
     shape: float = 2.0
     reprojection: float = 8.0
     part_mask: float = 0.5
+    object_mask: float = 1.0
     cascade: float = 0.3
     confidence: float = 0.1
     found_box: float = 2.0
@@ -57,7 +60,7 @@ def true_shape(prior: Prior, crops: Crops) -> Shape:
 
 
 def base_losses(
-    prior: Prior, output: TrainingOutput, found: Estimate, crops: Crops, shape: Shape
+    prior: Prior, output: CropOutput, found: Estimate, crops: Crops, shape: Shape
 ) -> dict[str, Tensor]:
     """One scalar per quantity that the network predicts for crops."""
     raw = output.raw
@@ -74,8 +77,10 @@ def base_losses(
     terms["reprojection"] = losses.reprojection_loss(
         corners, true_corners, crops.K, crops.box
     ).mean()
-    if output.mask_logits is not None:
-        terms["part_mask"] = F.cross_entropy(output.mask_logits, part_classes(crops))
+    if output.part_logits is not None:
+        terms["part_mask"] = F.cross_entropy(output.part_logits, part_classes(crops))
+    if output.object_logits is not None:
+        terms["object_mask"] = mask_loss(output.object_logits, crops.seen)
     terms["confidence"] = F.binary_cross_entropy_with_logits(
         raw.confidence_logit, is_right(found, crops, shape).to(raw.up)
     )
@@ -111,6 +116,11 @@ def _pose_errors(
     offset = losses.offset_loss(predicted.phi, phi)
     depth = losses.depth_loss(predicted.log_lambda, log_lambda)
     return torch.stack([up + right, offset, depth], dim=-1)
+
+
+def mask_loss(logits: Tensor, share: Tensor) -> Tensor:
+    """Cross-entropy with the share of each place that shows the object."""
+    return F.binary_cross_entropy_with_logits(logits.float(), share)
 
 
 def part_classes(crops: Crops) -> Tensor:
@@ -176,42 +186,63 @@ def photo_losses(output: TrainingOutput, views: Views, category: Tensor) -> dict
     """Finding the object in whole photos and naming its category, or that there is none."""
     size = views.image.shape[-1]
     known = category < output.category_logits.shape[1] - NOTHING_KNOWN
-    found, true = output.found_box[known], views.box[known]
-    error = F.smooth_l1_loss(found / size, true / size, beta=0.05)
-    overlap = cascade.box_overlap_loss(found, true).mean()
+    found = output.found_box
+    true = torch.where(known[:, None], views.box, found.detach())  # of nothing it is not a number
+    error = F.smooth_l1_loss(found / size, true / size, beta=0.05, reduction="none").mean(dim=1)
+    error = 4 * error + 0.5 * cascade.box_overlap_loss(found, true)
     terms = {
-        "found_box": 4 * error + 0.5 * overlap,
+        "found_box": torch.where(known, error, 0.0).sum() / known.sum().clamp_min(1),
         "category": F.cross_entropy(output.category_logits, category),
     }
-    if output.photo_mask_logits is not None:
-        terms["photo_mask"] = F.binary_cross_entropy_with_logits(
-            output.photo_mask_logits, views.seen
-        )
+    if output.object_logits is not None:
+        terms["photo_mask"] = mask_loss(output.object_logits, views.seen)
     return terms
 
 
-def objective(
+def crop_losses(
     prior: Prior,
-    output: TrainingOutput,
+    output: CropOutput,
     crops: Crops,
+    cascade_pixels: int | None,
+    options: CascadeOptions,
+) -> tuple[dict[str, Tensor], Int[Tensor, " B"] | None]:
+    """Every loss on crops of one category, and the cascade's stage of each.
+
+    Of labels that say the same of an object that looks the same, the nearest counts.
+    """
+    found = estimate(prior, output.raw, crops.box, crops.K)
+    crops = better_labels(prior, found, crops)
+    shape = true_shape(prior, crops)
+    terms = base_losses(prior, output, found, crops, shape)
+    if cascade_pixels is None:
+        return terms, None
+    terms["cascade"], stage = cascade_term(found, crops, shape, cascade_pixels, options)
+    terms |= {f"stage_{s}": (stage == s).float().mean() for s in (1, 2, 3)}
+    return terms, stage
+
+
+def objective(
+    priors: Mapping[str, Prior],
+    output: TrainingOutput,
+    crops: Mapping[str, Crops],
     views: Views,
     category: Tensor,
     weights: Weights,
     cascade_pixels: int | None,
     options: CascadeOptions = WHOLE_CASCADE,
-) -> tuple[Tensor, dict[str, Tensor], Int[Tensor, " B"] | None]:
+) -> tuple[Tensor, dict[str, Tensor], dict[str, Int[Tensor, " B"]]]:
     """The total loss, every term of it, and the cascade's stage of every crop.
 
-    ``cascade_pixels`` None leaves the cascade out.
+    ``cascade_pixels`` None leaves the cascade out. Losses on crops are means over the
+    categories, however many parts these have.
     """
-    found = estimate(prior, output.raw, crops.box, crops.K)
-    shape = true_shape(prior, crops)
-    terms = base_losses(prior, output, found, crops, shape)
+    found = {
+        name: crop_losses(priors[name], output.crops[name], some, cascade_pixels, options)
+        for name, some in crops.items()
+    }
+    per_category = [terms for terms, _ in found.values()]
+    terms = {k: torch.stack([t[k] for t in per_category if k in t]).mean() for k in per_category[0]}
     terms |= photo_losses(output, views, category)
-    total = sum((getattr(weights, k) * v for k, v in terms.items()), start=torch.zeros(()))
-    if cascade_pixels is None:
-        return total, terms, None
-    loss, stage = cascade_term(found, crops, shape, cascade_pixels, options)
-    terms["cascade"] = loss
-    terms |= {f"stage_{s}": (stage == s).float().mean() for s in (1, 2, 3)}
-    return total + weights.cascade * loss, terms, stage
+    weighted = {k: w * v for k, v in terms.items() if (w := getattr(weights, k, 0.0))}
+    stages = {name: stage for name, (_, stage) in found.items() if stage is not None}
+    return torch.stack(list(weighted.values())).sum(), terms, stages

@@ -24,14 +24,16 @@ class Recipe:
         joint_backbone: Timm name of the paper's joint branch.
         pretrained: Whether the paper's backbones start from timm's hub, where the job gives no
             weights; without, they start from random numbers.
-        offline_features: Whether the paper's frozen features are computed once per photo and
-            kept, which leaves no augmentation; else anew for every augmented crop.
+        offline_features: Whether the features of a frozen backbone are computed once per photo
+            and kept, which leaves no augmentation. Without, the paper's are computed anew for
+            every augmented crop, and the small network's trunk is not frozen.
         pose_heads: Whether joint states are regressed, or every part's pose (ablation).
         input_size: Side (px) of crops and of the letterboxed photo.
         width: Channels of the neck.
         steps: Optimiser steps.
         epochs: Passes over the crops of all data, instead of ``steps``.
-        crops: Crops per step, all of one category, and ...
+        crops: Crops per step and category ...
+        groups: ... of so many categories, or of all if there are fewer; and ...
         turns: How often a category has its turn with the crops, relative to others; its number of
             parts where not named.
         photos: ... whole photos per step, of all categories, of every share.
@@ -64,6 +66,7 @@ class Recipe:
     steps: int = 4450
     epochs: int | None = None
     crops: int = 32
+    groups: int = 1
     turns: Mapping[str, float] = field(default_factory=dict)
     photos: int = 8
     others: int = 0
@@ -84,6 +87,8 @@ class Recipe:
     def __post_init__(self) -> None:
         if self.photos < 1 or self.others < 0:
             raise ValueError(f"1 photo or more, {self.photos}, and 0 others or more, {self.others}")
+        if self.offline_features and self.others:
+            raise ValueError(f"features of others cannot be kept: they vary; 0, not {self.others}")
 
     def make(self, categories: tuple[Category, ...]) -> Network:
         """The network of the recipe, with random weights."""
@@ -99,14 +104,20 @@ class Recipe:
             )
         options = dict(self.backbone_options)
         return R2ArtNet(
-            categories, self.backbone, self.input_size, self.width, options, self.pose_heads
+            categories,
+            self.backbone,
+            self.input_size,
+            self.width,
+            options,
+            self.pose_heads,
+            frozen_trunk=self.offline_features,
         )
 
-    def for_photos(self, n: int, processes: int = 1) -> "Recipe":
+    def for_photos(self, n: int, categories: int = 1, processes: int = 1) -> "Recipe":
         """With as many steps as its epochs take over ``n`` photos."""
         if self.epochs is None:
             return self
-        per_step = self.crops * self.shares * processes
+        per_step = self.crops * min(self.groups, categories) * self.shares * processes
         return replace(self, steps=max(1, -(-self.epochs * n // per_step)))
 
 
@@ -153,11 +164,33 @@ def further(steps: int = 5400) -> Recipe:
     return Recipe(
         backbone_options={"pad_type": "same"},
         steps=steps,
-        learning_rate=7e-4,
-        trunk_learning_rate=3.5e-4,
-        others=2,
+        crops=9,
+        groups=3,
+        photos=20,
+        others=3,
+        learning_rate=4e-4,
+        trunk_learning_rate=2e-4,
         cascade_from=0,
         seed=1,
+    )
+
+
+def many(steps: int = 9000) -> Recipe:
+    """All categories in one network, on a GPU: all of them in every step; the shipped model.
+
+    From a trained run or model (``--init``), whose trunk knows what such objects look like.
+    """
+    return Recipe(
+        backbone_options={"pad_type": "same"},
+        steps=steps,
+        crops=32,
+        groups=100,
+        photos=64,
+        others=12,
+        warm_up=300,
+        ema=0.999,
+        cascade_from=None,
+        seed=2,
     )
 
 
@@ -193,7 +226,7 @@ def paper(steps: int | None = None) -> Recipe:
         trunk_learning_rate=3e-4,
         cascade_from=1000 if steps is None else min(1000, steps // 4),
         cascade_pixels=112,
-        weights=Weights(part_mask=0.0, photo_mask=0.0),
+        weights=Weights(part_mask=0.0, object_mask=0.0),
     )
 
 
@@ -237,6 +270,7 @@ RECIPES = {
     for f in (
         tiny,
         further,
+        many,
         smoke,
         paper,
         ablation_I,

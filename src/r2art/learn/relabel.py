@@ -1,5 +1,8 @@
 """Labels for a wrongly stated camera: the pose that looks most alike through it."""
 
+from collections.abc import Sequence
+from math import lcm
+
 import torch
 from jaxtyping import Float
 from torch import Tensor
@@ -11,14 +14,16 @@ from r2art.method.rotation import allocentric_to_egocentric, egocentric_to_alloc
 
 
 def poses_through(
-    stated_K: Float[Tensor, "B 3 3"],
-    cam_T_part: Float[Tensor, "B P 4 4"],
-    points: Float[Tensor, "B P N 3"],
-    box: Float[Tensor, "B 4"],
-    K: Float[Tensor, "B 3 3"],
-) -> Float[Tensor, "B P 4 4"]:
+    stated_K: Sequence[Float[Tensor, "B 3 3"]],
+    cam_T_part: Sequence[Float[Tensor, "B P 4 4"]],
+    points: Sequence[Float[Tensor, "B P N 3"]],
+    box: Sequence[Float[Tensor, "B 4"]],
+    K: Sequence[Float[Tensor, "B 3 3"]],
+) -> list[Float[Tensor, "B P 4 4"]]:
     """Part poses that project ``points`` through ``stated_K`` as nearly as can be to where the
     true camera sees them. The object moves as one: its joints and its size stay.
+
+    All arguments are lists over categories, which may have different numbers of parts.
 
     Args:
         stated_K: Intrinsics that a user states.
@@ -27,9 +32,30 @@ def poses_through(
         box: The object's box (px).
         K: True intrinsics.
     """
-    cam_T_root = cam_T_part[:, 0]
-    root_T_part = se3.inverse(cam_T_part[:, :1]) @ cam_T_part
-    in_root = se3.transform(root_T_part, points).flatten(1, 2)
+    root_T_part = [se3.inverse(poses[:, :1]) @ poses for poses in cam_T_part]
+    in_root = [se3.transform(T, p).flatten(1, 2) for T, p in zip(root_T_part, points, strict=True)]
+    count = lcm(*(p.shape[1] for p in in_root))  # points of each count as often as the others
+    in_root = [p.repeat(1, count // p.shape[1], 1) for p in in_root]
+    cam_T_root = torch.cat([poses[:, 0] for poses in cam_T_part])
+    moved = root_through(
+        torch.cat(list(stated_K)),
+        cam_T_root,
+        torch.cat(in_root),
+        torch.cat(list(box)),
+        torch.cat(list(K)),
+    )
+    roots = moved.split([len(poses) for poses in cam_T_part])
+    return [root[:, None] @ T for root, T in zip(roots, root_T_part, strict=True)]
+
+
+def root_through(
+    stated_K: Float[Tensor, "B 3 3"],
+    cam_T_root: Float[Tensor, "B 4 4"],
+    in_root: Float[Tensor, "B N 3"],
+    box: Float[Tensor, "B 4"],
+    K: Float[Tensor, "B 3 3"],
+) -> Float[Tensor, "B 4 4"]:
+    """The same of root poses alone, with points in the root's frame."""
     seen = project(se3.transform(cam_T_root, in_root), K)
     # Start: the same look relative to the viewing ray, the same offset and depth correction.
     facing = egocentric_to_allocentric(cam_T_root[:, :3, :3], viewing_ray(box, K))
@@ -38,7 +64,7 @@ def poses_through(
         allocentric_to_egocentric(facing, viewing_ray(box, stated_K)),
         root_translation(phi, log_lambda, box, stated_K, 1.0),
     )
-    return refit_pose(in_root, seen, start, stated_K)[:, None] @ root_T_part
+    return refit_pose(in_root, seen, start, stated_K)
 
 
 def refit_pose(

@@ -24,20 +24,24 @@ class StageLog:
 
     def __init__(self, folder: Path) -> None:
         self._folder = folder
-        self._lines: list[str] = []
+        self._met: list[tuple[int, str, Tensor, Tensor]] = []
 
     def add(self, step: int, name: str, index: Int[Tensor, " B"], stage: Int[Tensor, " B"]) -> None:
         """Note the stages of the samples ``index`` of a category."""
-        stages = "".join(map(str, stage.tolist()))
-        entry = {"step": step, "category": name, "samples": index.tolist(), "stages": stages}
-        self._lines.append(json.dumps(entry) + "\n")
+        self._met.append((step, name, index, stage))
 
     def write(self) -> None:
         """Write what was noted since the last time."""
-        if self._lines:
+        if self._met:
             with (self._folder / LOG).open("a") as f:
-                f.writelines(self._lines)
-        self._lines = []
+                f.writelines(_line(*met) for met in self._met)
+        self._met = []
+
+
+def _line(step: int, name: str, index: Tensor, stage: Tensor) -> str:
+    stages = "".join(map(str, stage.tolist()))
+    entry = {"step": step, "category": name, "samples": index.tolist(), "stages": stages}
+    return json.dumps(entry) + "\n"
 
 
 def read_stages(folder: Path) -> dict[str, NDArray[np.int64]]:

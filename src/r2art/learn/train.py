@@ -1,16 +1,18 @@
 """The training loop: one process or several (accelerate), resumable at any checkpoint."""
 
 import math
+import time
 from collections import defaultdict
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import torch
 from accelerate import Accelerator, DistributedDataParallelKwargs
 from rich.console import Console
 from rich.progress import Progress, TextColumn, TimeRemainingColumn
-from torch import nn
+from torch import Tensor, nn
 from torch.optim.swa_utils import AveragedModel, get_ema_multi_avg_fn
 
 from r2art.core.category import Category
@@ -18,7 +20,8 @@ from r2art.core.errors import UsageError
 from r2art.data.shards import Dataset, write_atomically
 from r2art.learn import checkpoint, exported
 from r2art.learn.allocator import keep_freed_memory
-from r2art.learn.batches import Batches, load_backdrops, load_photos
+from r2art.learn.batches import Ahead, Batches, load_backdrops, load_photos, placed
+from r2art.learn.graphed import GraphedSteps, is_alike
 from r2art.learn.hub import start_backbones
 from r2art.learn.journal import Journal, forget_after, plot_losses
 from r2art.learn.offline import OfflineFeatures
@@ -49,6 +52,10 @@ class Training:
         init: Folder of a trained run, or model file, to start from; it may know other categories.
         backgrounds: Folder of photos to swap in as backdrops.
         out: The run's folder; a run found there goes on where it stopped.
+        minutes: When to end, if the recipe's steps are not done before; the learning rate falls
+            in time.
+        precision: Of the network's passes: "bf16" for mixed precision, "no" for float32; None:
+            mixed on a GPU that has it.
         compiled: Whether the small network's trunk and neck are compiled, which takes minutes
             and a C++ compiler, and shortens the steps on a CPU.
     """
@@ -59,6 +66,8 @@ class Training:
     init: Path | None = None
     backgrounds: Path | None = None
     out: Path
+    minutes: float | None = None
+    precision: Literal["no", "bf16"] | None = None
     compiled: bool = False
 
 
@@ -73,16 +82,23 @@ def make_optimizer(network: Network, recipe: Recipe) -> torch.optim.Optimizer:
         if parameter.requires_grad:
             groups[name.startswith(PRETRAINED), parameter.ndim > 1].append(parameter)
     rate = {True: recipe.trunk_learning_rate, False: recipe.learning_rate}
+    on_gpu = any(p.is_cuda for p in network.parameters())
+    options = {"fused": True, "capturable": True} if on_gpu else {}
+
+    def start(value: float) -> float | Tensor:  # a graph reads it where it is
+        return torch.tensor(value, device="cuda") if on_gpu else value
+
     return torch.optim.AdamW(
         [
             {
                 "params": parameters,
-                "lr": rate[in_trunk],
+                "lr": start(rate[in_trunk]),
                 "peak_lr": rate[in_trunk],
                 "weight_decay": recipe.weight_decay if decays else 0.0,
             }
             for (in_trunk, decays), parameters in sorted(groups.items())
-        ]
+        ],
+        **options,
     )
 
 
@@ -102,8 +118,8 @@ def make_network(
     elif job.backbone_weights is not None:
         assert isinstance(network, R2ArtNet)
         load_trunk(network.trunk, job.backbone_weights)
-        _, crops, views, _ = batches(0)
-        unfold_normalisation(network.trunk, torch.cat([crops.image, views.image]).cpu())
+        crop, _, _, photo = batches(0).inputs()
+        unfold_normalisation(network.trunk, torch.cat([crop, photo]).cpu())
     return network.to(device).to(memory_format=torch.channels_last)
 
 
@@ -115,9 +131,7 @@ def _start_from(network: Network, init: Path, batches: Batches) -> None:
     elif not isinstance(network, R2ArtNet):
         raise UsageError(f"only the small network starts from a model file like {init}; give a run")
     else:
-        name, crops, views, _ = batches(0)
-        inputs = [t.cpu() for t in (crops.image, crops.box, crops.K, views.image)]
-        exported.load_exported(network, init, (name, *inputs))
+        exported.load_exported(network, init, [t.cpu() for t in batches(0).inputs()])
 
 
 def _facts_of(init: Path) -> dict[str, Any]:
@@ -129,16 +143,21 @@ def train(job: Training) -> None:
     keep_freed_memory()
     accelerator = Accelerator(
         cpu=not torch.accelerator.is_available(),  # else several processes would not meet
-        mixed_precision="bf16" if torch.cuda.is_available() else "no",
+        mixed_precision=job.precision or ("bf16" if torch.cuda.is_available() else "no"),
         kwargs_handlers=[DistributedDataParallelKwargs(find_unused_parameters=True)],
     )
     device, is_main = accelerator.device, accelerator.is_main_process
-    photos = load_photos(job.data)
-    recipe = job.recipe.for_photos(sum(map(len, photos.values())), accelerator.num_processes)
+    photos = placed(load_photos(job.data), device)
+    recipe = job.recipe.for_photos(
+        sum(map(len, photos.values())), len(photos), accelerator.num_processes
+    )
+    if job.minutes is not None and accelerator.num_processes > 1:
+        raise UsageError("several processes cannot agree on a time to end; give --steps")
     if odd := sorted(recipe.turns.keys() - photos.keys()):
         raise UsageError(f"turns are given to {', '.join(odd)}, of which there is no data")
     torch.manual_seed(recipe.seed)
     backdrops = load_backdrops(job.backgrounds)
+    backdrops = backdrops if backdrops is None else backdrops.to(device)
     batches = Batches(recipe, photos, backdrops, device, accelerator.process_index)
     categories = tuple(p.category for p in photos.values())
     network = make_network(job, categories, batches, device)
@@ -160,48 +179,58 @@ def train(job: Training) -> None:
         "data": [Dataset.open(folder).manifest for folder in job.data],
         "init": _facts_of(job.init) if job.init else None,
         "skipped_steps": before.get("skipped_steps", 0),
+        "seconds": before.get("seconds", 0.0),
     }
     if is_main:
         job.out.mkdir(parents=True, exist_ok=True)
         forget_after(job.out, start)
         forget_stages_after(job.out, start)
-    offline = None
-    if recipe.offline_features and isinstance(network, PaperNet):
-        offline = OfflineFeatures(network)
+    offline = OfflineFeatures(network) if recipe.offline_features else None
     if job.compiled and isinstance(network, R2ArtNet):
         network.trunk.compile()
         network.neck.compile()
     model, optimizer = accelerator.prepare(network, optimizer)
-    take_step = Steps(batches, model, optimizer, accelerator, offline)
+    priors = {name: prior.to(device) for name, prior in network.priors.items()}
+    source = Ahead(batches) if device.type == "cuda" else batches
+    take_step = Steps(source, model, optimizer, accelerator, offline, priors)
+    if is_alike(take_step):
+        take_step = GraphedSteps(take_step)
     journal, stages = Journal(job.out), StageLog(job.out)
 
+    begun = time.monotonic() - facts["seconds"]
     with _progress(is_main) as progress:
         task = progress.add_task("training", total=recipe.steps, completed=start, loss=math.nan)
         for step in range(start + 1, recipe.steps + 1):
-            done = take_step(step - 1)
+            facts["seconds"] = time.monotonic() - begun
+            spent = facts["seconds"] / (60 * job.minutes) if job.minutes else 0.0
+            done = take_step(step - 1, spent)
+            is_last = step == recipe.steps or spent >= 1
             if done is None:
                 facts["skipped_steps"] += 1
             else:
                 average.update_parameters(network)
                 journal.add(done.terms)
-                if done.stage is not None:
-                    stages.add(step, done.name, done.crops.index, done.stage)
+                for name, stage in done.stages.items():
+                    stages.add(step, name, done.crops[name].index, stage)
             progress.update(task, advance=1, loss=journal.means().get("total", math.nan))
             if is_main and done is not None and step in recipe.pictures_at:
-                _draw(job.out, step, network.priors[done.name], done)
+                _draw(job.out, step, priors, done)
             if is_main and step % LOG_EVERY == 0:
                 journal.write(step)
                 stages.write()
-            if is_main and (step % SAVE_EVERY == 0 or step == recipe.steps):
+            if is_main and (step % SAVE_EVERY == 0 or is_last):
                 stages.write()
                 checkpoint.save(job.out, step, run, facts)
                 plot_losses(job.out)
                 plot_stages(job.out)
+            if is_last:
+                break
 
 
-def _draw(folder: Path, step: int, prior: Prior, done: Done) -> None:
-    """The silhouettes of a step's first crops."""
-    sheet = silhouette_sheet(prior.to(done.crops.image.device), done.raw, done.crops)
+def _draw(folder: Path, step: int, priors: Mapping[str, Prior], done: Done) -> None:
+    """The silhouettes of the first crops of a step's first category."""
+    name, crops = next(iter(done.crops.items()))
+    sheet = silhouette_sheet(priors[name], done.raw[name], crops)
     write_atomically(folder / f"silhouettes-{step:06d}.png", sheet)
 
 

@@ -84,7 +84,7 @@ def tight_box(
     part = (touching // num_points)[..., None, None].expand(*touching.shape, 4, 4)
     pose = cam_T_part.gather(-3, part)
     uv = project(se3.transform(pose, points[..., None, :])[..., 0, :], K)
-    return torch.cat([uv[..., [0, 1], [0, 1]], uv[..., [2, 3], [0, 1]]], dim=-1)
+    return torch.stack([uv[..., i, i % 2] for i in range(4)], dim=-1)
 
 
 def only_translation(cam_T_part: Float[Tensor, "*B P 4 4"]) -> Float[Tensor, "*B P 4 4"]:

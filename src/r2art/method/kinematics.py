@@ -108,8 +108,7 @@ def joint_states(
     prismatic one is the part's displacement along the axis. So poses that no joints made, as
     part-centric ones are, have states, too.
     """
-    parent = torch.tensor(kinematics.parent, dtype=torch.long, device=cam_T_part.device)
-    parent_T_part = se3.inverse(cam_T_part.index_select(-3, parent)) @ cam_T_part[..., 1:, :, :]
+    parent_T_part = se3.inverse(_parents(cam_T_part, kinematics)) @ cam_T_part[..., 1:, :, :]
     R, u = parent_T_part[..., :3, :3], kinematics.axis
     turn = torch.stack(
         [R[..., 2, 1] - R[..., 1, 2], R[..., 0, 2] - R[..., 2, 0], R[..., 1, 0] - R[..., 0, 1]], -1
@@ -130,7 +129,15 @@ def joints_in_camera(
 
     A joint rides on its parent part: its parent's current pose carries it from rest.
     """
-    parent = torch.tensor(kinematics.parent, dtype=torch.long, device=cam_T_part.device)
-    cam_T_parent = cam_T_part.index_select(-3, parent)
+    cam_T_parent = _parents(cam_T_part, kinematics)
     axis = (cam_T_parent[..., :3, :3] @ kinematics.axis[..., None])[..., 0]
     return axis, se3.transform(cam_T_parent, kinematics.pivot[..., None, :])[..., 0, :]
+
+
+def _parents(
+    cam_T_part: Float[Tensor, "*B P 4 4"], kinematics: KinematicModel
+) -> Float[Tensor, "*B J 4 4"]:
+    """The pose of every joint's parent part."""
+    if not kinematics.parent:
+        return cam_T_part[..., :0, :, :]
+    return torch.stack([cam_T_part[..., p, :, :] for p in kinematics.parent], dim=-3)

@@ -2,10 +2,12 @@
 
 The trunk is any timm backbone with features at strides 4, 8, 16 and 32. A UNet-like neck brings
 them together; three branches per category read its summary, decoupled as in the paper:
-rotation and 2D translation, depth and size, joint states. A dense head segments the parts
-while training. On a whole photo the same trunk finds the object and names its category.
+rotation and 2D translation, depth and size, joint states. On a whole photo the same trunk finds
+the object and names its category. One dense head for all categories tells where the object is
+seen, which refinement fits; others segment the parts while training.
 """
 
+import math
 from collections.abc import Sequence
 from typing import Any, cast
 
@@ -26,6 +28,7 @@ from r2art.method.layers import (
 )
 from r2art.method.outputs import (
     NOTHING_KNOWN,
+    CropOutput,
     Network,
     PoseHeads,
     RawEstimate,
@@ -34,6 +37,7 @@ from r2art.method.outputs import (
 )
 
 BACKGROUND = 1  # mask classes that are no part
+STRIDES = (4, 8, 16, 32)
 
 
 def make_trunk(backbone: str, options: dict[str, Any]) -> tuple[nn.Module, list[int]]:
@@ -44,7 +48,7 @@ def make_trunk(backbone: str, options: dict[str, Any]) -> tuple[nn.Module, list[
     """
     trunk = timm.create_model(backbone, features_only=True, out_indices=(-4, -3, -2, -1), **options)
     info = cast(FeatureInfo, trunk.feature_info)
-    if info.reduction() != [4, 8, 16, 32]:
+    if info.reduction() != list(STRIDES):
         raise ValueError(
             f"the last features of {backbone} are at strides {info.reduction()}, but 4, 8, "
             "16 and 32 are needed; choose another backbone"
@@ -75,6 +79,11 @@ class Neck(nn.Module):
         return self.at_4(self.fine_lateral(finest) + self.up(self.narrow(p8))), p16
 
 
+def dense_head(channels: int, classes: int) -> nn.Sequential:
+    """Logits for every place."""
+    return nn.Sequential(separable(channels, channels), nn.Conv2d(channels, classes, 1))
+
+
 class CategoryHeads(nn.Module):
     """The branches of one category."""
 
@@ -92,9 +101,7 @@ class CategoryHeads(nn.Module):
         if self.joint_centric:
             self.joint = perceptron(inputs, 256, [0.5] * self.num_joints)
         self.confidence = perceptron(inputs, 64, [0.0] * self.num_parts)
-        self.mask = nn.Sequential(
-            separable(width // 2, width // 2), nn.Conv2d(width // 2, self.num_parts + BACKGROUND, 1)
-        )
+        self.part_mask = dense_head(width // 2, self.num_parts + BACKGROUND)
 
     def forward(self, summary: Float[Tensor, "B D"]) -> RawEstimate:
         """Summary of a crop to the category's raw estimate, in float32 even under autocast."""
@@ -123,6 +130,7 @@ class R2ArtNet(Network):
         width: Channels of the neck.
         backbone_options: Passed on to timm.
         pose_heads: Whether joint states or the parts' poses are regressed.
+        frozen_trunk: Whether the trunk stays as it is, in evaluation mode and without gradient.
     """
 
     def __init__(
@@ -133,51 +141,88 @@ class R2ArtNet(Network):
         width: int = 96,
         backbone_options: dict[str, Any] | None = None,
         pose_heads: PoseHeads = "joint",
+        frozen_trunk: bool = False,
     ) -> None:
         super().__init__(categories, input_size)
         self.trunk, channels = make_trunk(backbone, backbone_options or {})
+        self.trunk.requires_grad_(not frozen_trunk)
+        self.frozen_trunk = frozen_trunk
+        sides = (input_size // stride for stride in STRIDES)
+        self.map_shapes = [(c, side, side) for c, side in zip(channels, sides, strict=True)]
         self.neck = Neck(channels, width)
         cells = input_size // 32
         self.pose_summary = Summary(width, cells, 512)
         self.photo_summary = Summary(width, cells, 256)
         self.found_box = perceptron(256, 128, [0.0] * 4)
         self.category_logits = perceptron(256, 128, [0.0] * (len(categories) + NOTHING_KNOWN))
-        self.photo_mask = nn.Conv2d(width // 2, 1, 1)
+        self.object_logits = dense_head(width // 2, 1)
         inputs = 512 + NUM_CUES
         self.heads = nn.ModuleDict(
             {c.name: CategoryHeads(c, inputs, width, pose_heads) for c in categories}
         )
 
+    def train(self, mode: bool = True) -> "R2ArtNet":
+        """Training mode, except for a frozen trunk."""
+        super().train(mode)
+        if self.frozen_trunk:
+            self.trunk.eval()
+        return self
+
+    @torch.no_grad()
+    def offline(self, image: Float[Tensor, "B 3 S S"]) -> Float[Tensor, "B D"]:
+        """What a frozen trunk says of images in [-1, 1], its four maps in one row each."""
+        return torch.cat([m.flatten(1) for m in self.trunk(image)], dim=1)
+
+    def maps(self, offline: Float[Tensor, "B D"]) -> list[Tensor]:
+        """The rows of `offline` as the maps they are of, at strides 4, 8, 16 and 32."""
+        rows = offline.split([math.prod(shape) for shape in self.map_shapes], dim=1)
+        return [row.unflatten(1, shape) for row, shape in zip(rows, self.map_shapes, strict=True)]
+
     def forward(
         self,
-        name: str,
+        names: tuple[str, ...],
         crop: Float[Tensor, "B 3 S S"],
         box: Float[Tensor, "B 4"],
         K: Float[Tensor, "B 3 3"],
         photo: Float[Tensor, "N 3 S S"],
+        offline: Float[Tensor, "BN D"] | None = None,
     ) -> TrainingOutput:
-        """One training pass: crops of category ``name`` and whole photos of any category.
+        """One training pass: equally many crops of each category, and whole photos of any.
 
-        Both go through the trunk together, so that its batch statistics fit both.
+        All go through the trunk together, so that its batch statistics fit all; where it is
+        frozen, ``offline`` is what it says of crops and photos, if that is known.
         """
-        p4, p16 = self.features(torch.cat([crop, photo]))
-        n = len(crop)
+        if offline is None:
+            p4, p16 = self.features(torch.cat([crop, photo]))
+        else:
+            p4, p16 = self.neck(self.maps(offline))
+        n, each = len(crop), len(crop) // len(names)
+        logits = self.object_logits(p4)
         found_box, category_logits = self.find(p16[n:])
+        of_crops = zip(
+            names, *(t.split(each) for t in (p4[:n], p16[:n], box, K, logits[:n])), strict=True
+        )
         return TrainingOutput(
-            raw=self.estimate_raw(name, p16[:n], box, K),
-            mask_logits=self.head(name).mask(p4[:n]),
+            crops={
+                name: CropOutput(
+                    raw=self.estimate_raw(name, seen, box, K),
+                    part_logits=self.head(name).part_mask(dense),
+                    object_logits=mask,
+                )
+                for name, dense, seen, box, K, mask in of_crops
+            },
             found_box=found_box,
             category_logits=category_logits,
-            photo_mask_logits=self.photo_mask(p4[n:]),
+            object_logits=logits[n:],
         )
 
     def features(self, image: Float[Tensor, "B 3 S S"]) -> tuple[Tensor, Tensor]:
         """Image in [-1, 1] to neck features at strides 4 and 16."""
         return self.neck(self.trunk(image))
 
-    def part_masks(self, name: str, dense: Tensor) -> Float[Tensor, "B P h w"]:
-        """Stride-4 features of crops to the probability that each place shows a part."""
-        return self.head(name).mask(dense).float().softmax(dim=1)[:, BACKGROUND:]
+    def object_mask(self, dense: Tensor) -> Float[Tensor, "B h w"]:
+        """Stride-4 features of crops to the share of each place that shows the object."""
+        return self.object_logits(dense)[:, 0].float().sigmoid()
 
     def estimate_raw(
         self,

@@ -102,22 +102,35 @@ NOTHING_KNOWN = 1
 
 
 @dataclass(frozen=True, kw_only=True)
-class TrainingOutput:
-    """What one training pass yields; what a network has no head for is None.
+class CropOutput:
+    """What a training pass yields of crops of one category; what it has no head for is None.
 
     Attributes:
         raw: The raw estimate of every crop.
-        mask_logits: Part segmentation of the crops at stride 4; class 0 is no part, k + 1 part k.
-        found_box: The object's box (px) in every whole photo.
-        category_logits: What the photos show: one of the C categories, or last, none of them.
-        photo_mask_logits: Where in the photos the object is seen, at stride 4.
+        part_logits: Part segmentation at stride 4; class 0 is no part, k + 1 part k.
+        object_logits: Where the object is seen, at stride 4.
     """
 
     raw: RawEstimate
-    mask_logits: Float[Tensor, "B classes h w"] | None
+    part_logits: Float[Tensor, "B classes h w"] | None
+    object_logits: Float[Tensor, "B 1 h w"] | None
+
+
+@dataclass(frozen=True, kw_only=True)
+class TrainingOutput:
+    """What one training pass yields.
+
+    Attributes:
+        crops: Of the crops, by category.
+        found_box: The object's box (px) in every whole photo.
+        category_logits: What the photos show: one of the C categories, or last, none of them.
+        object_logits: Where in the photos the object is seen, at stride 4; None without a head.
+    """
+
+    crops: dict[str, CropOutput]
     found_box: Float[Tensor, "N 4"]
     category_logits: Float[Tensor, "N answers"]
-    photo_mask_logits: Float[Tensor, "N 1 h w"] | None
+    object_logits: Float[Tensor, "N 1 h w"] | None
 
 
 class Network(nn.Module):
@@ -148,6 +161,13 @@ class Network(nn.Module):
         self.priors = {c.name: Prior.from_category(c) for c in categories}
 
     @abstractmethod
+    def offline(self, image: Float[Tensor, "B 3 S S"]) -> Float[Tensor, "B ..."]:
+        """What frozen layers say of images in [-1, 1]: always the same, so it can be kept.
+
+        The training pass takes it as ``offline``, of crops and then of photos.
+        """
+
+    @abstractmethod
     def features(self, image: Float[Tensor, "B 3 S S"]) -> tuple[Tensor, Any]:
         """Images in [-1, 1] to dense features, and to what `find` and `estimate_raw` read."""
 
@@ -157,9 +177,9 @@ class Network(nn.Module):
     ) -> RawEstimate:
         """What is seen in crops, with box and intrinsics, to the numbers of category ``name``."""
 
-    def part_masks(self, name: str, dense: Tensor) -> Float[Tensor, "B P h w"] | None:
-        """Dense features of crops to the probability that each place shows a part, or nothing."""
-        del name, dense
+    def object_mask(self, dense: Tensor) -> Float[Tensor, "B h w"] | None:
+        """Dense features of crops to the share of each place that shows the object, or nothing."""
+        del dense
         return None
 
     @abstractmethod

@@ -23,6 +23,7 @@ from r2art.method.backbones import FeatureMap, Vector
 from r2art.method.layers import FROM_THE_FRONT, NUM_CUES, Summary, geometric_cues, perceptron
 from r2art.method.outputs import (
     NOTHING_KNOWN,
+    CropOutput,
     Network,
     PoseHeads,
     RawEstimate,
@@ -167,17 +168,17 @@ class PaperNet(Network):
 
     def forward(
         self,
-        name: str,
+        names: tuple[str, ...],
         crop: Float[Tensor, "B 3 S S"],
         box: Float[Tensor, "B 4"],
         K: Float[Tensor, "B 3 3"],
         photo: Float[Tensor, "N 3 S S"],
         offline: Float[Tensor, "BN C s s"] | None = None,
     ) -> TrainingOutput:
-        """One training pass: crops of category ``name`` and whole photos of any category.
+        """One training pass: equally many crops of each category, and whole photos of any.
 
         Args:
-            name: Of the crops' category.
+            names: The crops' categories.
             crop: In [-1, 1].
             box: Round the objects in the crops.
             K: Intrinsics of the crops.
@@ -187,14 +188,21 @@ class PaperNet(Network):
         if offline is None:
             offline = self.offline(torch.cat([crop, photo]))
         modulated = self.unet(offline)
-        n = len(crop)
+        n, each = len(crop), len(crop) // len(names)
         found_box, category_logits = self.find(Seen(photo, modulated[n:]))
+        of_crops = zip(names, *(t.split(each) for t in (crop, modulated[:n], box, K)), strict=True)
         return TrainingOutput(
-            raw=self.estimate_raw(name, Seen(crop, modulated[:n]), box, K),
-            mask_logits=None,
+            crops={
+                name: CropOutput(
+                    raw=self.estimate_raw(name, Seen(crop, seen), box, K),
+                    part_logits=None,
+                    object_logits=None,
+                )
+                for name, crop, seen, box, K in of_crops
+            },
             found_box=found_box,
             category_logits=category_logits,
-            photo_mask_logits=None,
+            object_logits=None,
         )
 
     def features(self, image: Float[Tensor, "B 3 S S"]) -> tuple[Tensor, Seen]:

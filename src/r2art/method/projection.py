@@ -22,7 +22,7 @@ def project(
 
 def resize_intrinsics(K: Float[Tensor, "*B 3 3"], scale: float) -> Float[Tensor, "*B 3 3"]:
     """Intrinsics of the same image sampled at ``scale`` times its width and height."""
-    return K * torch.tensor([[scale], [scale], [1.0]], dtype=K.dtype, device=K.device)
+    return torch.cat([K[..., :2, :] * scale, K[..., 2:, :]], dim=-2)
 
 
 def box_of_points(uv: Float[Tensor, "*B N 2"], softness: float = 0.0) -> Float[Tensor, "*B 4"]:

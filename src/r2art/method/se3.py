@@ -34,7 +34,7 @@ def from_rotation_translation(
     """The pose that rotates by ``R``, then moves by ``t``."""
     batch = torch.broadcast_shapes(R.shape[:-2], t.shape[:-1])
     top = torch.cat([R.expand(*batch, 3, 3), t[..., None].expand(*batch, 3, 1)], dim=-1)
-    bottom = torch.tensor([[0.0, 0.0, 0.0, 1.0]], dtype=top.dtype, device=top.device)
+    bottom = torch.eye(4, dtype=top.dtype, device=top.device)[3:]
     return torch.cat([top, bottom.expand(*batch, 1, 4)], dim=-2)
 
 

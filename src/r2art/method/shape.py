@@ -11,7 +11,7 @@ import torch
 from jaxtyping import Float
 from torch import Tensor
 
-from r2art.core.category import Category
+from r2art.core.category import Category, Symmetry
 from r2art.method.kinematics import KinematicModel
 
 
@@ -42,9 +42,11 @@ class Prior(Shape):
 
     Attributes:
         frontal_area: ``S_wld`` of Eq. 1 (m²).
+        symmetry: Of the category.
     """
 
     frontal_area: float
+    symmetry: Symmetry | None = None
 
     @classmethod
     def from_category(
@@ -65,6 +67,7 @@ class Prior(Shape):
             areas=(part_areas / num_points)[:, None].expand(-1, num_points),
             kinematics=KinematicModel.from_category(category, device, dtype),
             frontal_area=category.frontal_area,
+            symmetry=category.symmetry,
         )
 
     def to(self, device: torch.device | str) -> "Prior":
@@ -138,7 +141,7 @@ def box_corners(
     box_center: Float[Tensor, "*B P 3"], box_size: Float[Tensor, "*B P 3"]
 ) -> Float[Tensor, "*B P 8 3"]:
     """The eight corners of each part's box; x changes slowest, z fastest."""
-    half = torch.tensor([-0.5, 0.5], dtype=box_size.dtype, device=box_size.device)
+    half = torch.arange(2, dtype=box_size.dtype, device=box_size.device) - 0.5
     return box_center[..., None, :] + box_size[..., None, :] * torch.cartesian_prod(
         half, half, half
     )

@@ -1,5 +1,6 @@
 """`silhouette.part_silhouettes` in float32 on CPU and CUDA, with a hand-written adjoint."""
 
+from functools import cache
 from math import log
 from typing import Any, NamedTuple
 
@@ -13,8 +14,13 @@ from r2art.method import silhouette_warp as kernels
 from r2art.method.projection import MIN_DEPTH
 from r2art.method.silhouette_warp import TAPS
 
-GPU_THREADS = 256
-"""Threads per image on a GPU."""
+SPLAT_THREADS = 2048
+"""Threads per image on a GPU that splat its points."""
+ADJOINT_THREADS = 1024
+"""Threads per image on a GPU for the adjoint; each adds its share of the pose's gradient."""
+
+IN_FOURS = True
+"""Whether GPUs add to four pixels at once."""
 
 
 class Target(NamedTuple):
@@ -66,7 +72,7 @@ class _Silhouettes(torch.autograd.Function):
         batch = tensors[0].shape[:-2]
         tensors = [t.detach().flatten(0, len(batch) - 1).contiguous() for t in tensors]
         canvas = target.canvas(batch.numel(), tensors[0])
-        _launch(kernels.splat, tensors, canvas, target)
+        splat(tensors, canvas, target, in_fours=IN_FOURS and canvas.is_cuda)
         layers = target.images(canvas).unflatten(0, batch)
         total = layers.sum(-3)
         parts, union = _coverage(layers), _coverage(total)
@@ -92,7 +98,7 @@ class _Silhouettes(torch.autograd.Function):
         gradients = [torch.zeros_like(t) for t in tensors[:4]]
         *surface, pose = gradients
         outputs = [wp.from_torch(pose, dtype=wp.mat44), _surface(surface)]
-        _launch(kernels.splat_adjoint, tensors, canvas, target, outputs)
+        _launch(kernels.splat_adjoint, ADJOINT_THREADS, tensors, canvas, target, outputs)
         return (*(g.unflatten(0, ctx.batch) for g in gradients), None, None)
 
 
@@ -104,13 +110,35 @@ def _slope(layers: Tensor, coverage: Tensor) -> Tensor:
     return (1 - coverage).mul_(layers).mul_(2 * log(2))
 
 
+def splat(tensors: list[Tensor], canvas: Tensor, target: Target, *, in_fours: bool) -> None:
+    """Add the layers of (N, M) points, normals, areas, N poses and cameras to a canvas.
+
+    Args:
+        tensors: These five.
+        canvas: See `Target.canvas`.
+        target: What it shows.
+        in_fours: By groups of four pixels, as suits GPUs, and not by vectors as suits CPUs.
+    """
+    if in_fours:
+        wp.init()
+        pixels = [wp.from_torch(canvas)]
+        _launch(kernels.splat_in_fours, SPLAT_THREADS, tensors, canvas, target, pixels)
+    else:
+        _launch(kernels.splat, SPLAT_THREADS, tensors, canvas, target)
+
+
 def _launch(
-    kernel: Any, tensors: Any, canvas: Tensor, target: Target, outputs: list[Any] | None = None
+    kernel: Any,
+    gpu_threads: int,
+    tensors: Any,
+    canvas: Tensor,
+    target: Target,
+    outputs: list[Any] | None = None,
 ) -> None:
-    *surface, pose, K = tensors
-    on_gpu = canvas.is_cuda
-    threads = min(GPU_THREADS, max(1, surface[0].shape[1])) if on_gpu else 1
+    """Nothing is allocated or waited for here, so a CUDA graph can capture it."""
     wp.init()
+    *surface, pose, K = tensors
+    threads = min(gpu_threads, max(1, surface[0].shape[1])) if canvas.is_cuda else 1
     wp.launch(
         kernel,
         dim=(pose.shape[0], threads),
@@ -123,8 +151,18 @@ def _launch(
             *(outputs or []),
         ],
         device=wp.device_from_torch(canvas.device),
-        stream=wp.stream_from_torch(canvas.device) if on_gpu else None,
+        stream=_current_stream(canvas.device) if canvas.is_cuda else None,
     )
+
+
+def _current_stream(device: torch.device) -> Any:
+    """Torch's stream, for Warp to launch on: during a capture the one that is captured."""
+    return _stream(torch.cuda.current_stream(device).cuda_stream, device)
+
+
+@cache
+def _stream(handle: int, device: torch.device) -> Any:
+    return wp.Stream(wp.device_from_torch(device), cuda_stream=handle)
 
 
 def _surface(tensors: Any) -> Any:

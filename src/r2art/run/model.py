@@ -21,7 +21,7 @@ MAX_THREADS = 4  # a small network gains nothing from more
 PHOTO_OUTPUTS = ("found_box", "category_scores")
 PART_OUTPUTS = ("cam_T_part", "box_center", "box_size", "confidence")
 JOINT_OUTPUTS = ("joint_state", "axis", "pivot")
-MASKS = "part_masks"
+MASK = "object_mask"
 
 
 @dataclass(frozen=True)
@@ -117,20 +117,21 @@ class Model:
         whole = (0.0, 0.0, float(self.input_size), float(self.input_size))
         return self._run(view, whole, PHOTO_OUTPUTS)
 
-    def segments(self, category: ModelCategory) -> bool:
-        """Whether it can tell where the parts are seen (models from before refinement cannot)."""
-        return f"{category.name}.{MASKS}" in self._outputs
+    @property
+    def segments(self) -> bool:
+        """Whether it can tell where the object is seen."""
+        return MASK in self._outputs
 
     def pose(
         self, view: View, box: Box, category: ModelCategory
     ) -> dict[str, NDArray[np.floating]]:
         """The object in a crop: part and joint outputs by their names without the category's.
 
-        ``part_masks`` (P, h, w), where the model `segments`: the probability that each of h × w
-        places in the crop shows a part.
+        ``object_mask`` (h, w), where the model `segments`: the share of each of h × w places in
+        the crop that shows the object.
         """
-        masks = (f"{category.name}.{MASKS}",) if self.segments(category) else ()
-        outputs = self._run(view, box, category.outputs + masks)
+        mask = (MASK,) if self.segments else ()
+        outputs = self._run(view, box, category.outputs + mask)
         return {name.removeprefix(f"{category.name}."): v for name, v in outputs.items()}
 
     def _run(self, view: View, box: Box, names: tuple[str, ...]) -> dict[str, NDArray[np.floating]]:
@@ -141,7 +142,7 @@ class Model:
         }
         outputs = self._session.run(list(names), inputs)
         found = {n: np.asarray(v)[0] for n, v in zip(names, outputs, strict=True)}
-        return {n: v if n.endswith(MASKS) else _decimal(v) for n, v in found.items()}
+        return {n: v if n == MASK else _decimal(v) for n, v in found.items()}
 
 
 def _open(path: Path) -> ort.InferenceSession:

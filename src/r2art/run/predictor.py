@@ -18,7 +18,7 @@ from r2art.core.errors import InputError, UsageError
 from r2art.core.image import Box, ImageLike, Photo, View, crop_square, letterbox, read_image
 from r2art.core.prediction import CameraSource, JointEstimate, PartEstimate, Prediction, Scale
 from r2art.run.guess import best_camera, cameras
-from r2art.run.model import MASKS, Model, ModelCategory
+from r2art.run.model import MASK, Model, ModelCategory
 from r2art.run.refinement.mask_fit import (
     STEPS,
     box_of,
@@ -112,7 +112,7 @@ class Predictor:
                 cabinet's height. It fixes all lengths, which else are those of usual objects.
             depth: The distance (m) of the root part's centre along the viewing axis, instead.
             refine: Most steps to fit the estimate to ``mask``, or else to where the network sees
-                the parts; 0: none.
+                the object; 0: none.
             mask: White where the object is seen, of the photo's size; its box serves where
                 ``box`` is left out.
 
@@ -184,8 +184,8 @@ class Predictor:
         """The prediction, fitted to a mask where there is one."""
         if mask is not None:
             target = given_target(mask, prediction, self.model.crop_margin)
-        elif MASKS in posed:
-            target = own_target(posed[MASKS], view.through(prediction.camera), photo)
+        elif MASK in posed:
+            target = own_target(posed[MASK], view.through(prediction.camera), photo)
         else:
             return prediction
         try:

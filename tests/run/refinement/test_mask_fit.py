@@ -98,9 +98,9 @@ def test_what_fits_stays(truth, bodies):
 def test_the_networks_own_mask_is_brought_to_the_crops_rays(predictor, pixels):
     """Where it sees the object in the crop, there the photo's rays go."""
     view = crop_square(pixels, CAMERA, (-60, -20, 120, 160), 160, 1.25)
-    masks = np.zeros((2, 20, 20), np.float32)
-    masks[0, 8:12, 8:12] = 1
-    target = own_target(masks, view, read_image(pixels))
+    share = np.zeros((20, 20), np.float32)
+    share[8:12, 8:12] = 1
+    target = own_target(share, view, read_image(pixels))
     y, x = np.nonzero(target.mask > 0.5)
     assert (x.mean() + 0.5, y.mean() + 0.5) == pytest.approx((40, 40), abs=0.5)
     ray = np.linalg.inv(target.K) @ [40, 40, 1]

@@ -13,22 +13,23 @@ from r2art.core.errors import InputError, UsageError
 from r2art.core.mesh import Mesh
 from r2art.run.refinement.body import body_of
 from r2art.run.refinement.coverage import coverage_errors
+from r2art.run.refinement.descent import HEAT, descend
 from r2art.run.refinement.outline import outline, reach_errors
 from r2art.run.refinement.pose import (
-    Place,
     Pose,
     derivatives,
     difference,
-    motions,
     moved,
     pose_of,
     posed,
     rotation_of,
     vector_of,
 )
-from r2art.run.refinement.refine import refine, resolutions
-from r2art.run.refinement.search import other_states, spread
-from r2art.run.refinement.silhouettes import pixel_errors, pyramid
+from r2art.run.refinement.problems import problems
+from r2art.run.refinement.refine import STEPS, refine, resolutions
+from r2art.run.refinement.silhouettes import MARGIN, pixel_errors, pyramid
+from r2art.run.refinement.starts import other_states, spread
+from r2art.run.refinement.twists import twists, wrenches
 from r2art.run.refinement.uncertainty import Uncertainty
 
 SIZE = 160
@@ -194,18 +195,22 @@ def test_points_move_as_their_derivatives_say(points, scale):
 
 
 @pytest.mark.parametrize("scale", [False, True])
-def test_single_points_move_as_all_do(notebook, points, scale):
+def test_wrenches_on_twists_are_covectors_on_motions(notebook, points, scale):
     body, rng = body_of(notebook), np.random.default_rng(1)
     pose = a_pose(body, 2)
     pose = Pose(**{**vars(pose), "log_scale": 0.1 * rng.normal(size=pose.log_scale.shape)})
     at = posed(body, pose)
     start, part, point = rng.integers(2, size=40), rng.integers(3, size=40), np.arange(40)
-    place = Place(start=start, part=part, rest=body.points[part, :, point])
-    x = place.seen(body, pose, at)
-    np.testing.assert_allclose(x, at.points[start, part, :, point], atol=1e-12)
+    pull = rng.normal(size=(40, 3))
+    rest, x = body.points[part, :, point], at.points[start, part, :, point]
+    loads = wrenches(body, pose, at, start, part, rest, x, pull, scale=scale)
+    by_part = twists(body, pose, at, scale=scale).reshape(2, -1, 3, loads.shape[-1])
     by_points, _ = derivatives(body, pose, at, scale=scale)
-    moves = motions(body, pose, at, place, x, scale=scale)
-    np.testing.assert_allclose(moves, by_points[start, part, :, :, point], atol=1e-12)
+    np.testing.assert_allclose(
+        np.einsum("ndq,nq->nd", by_part[start, :, part], loads),
+        np.einsum("ndi,ni->nd", by_points[start, part, :, :, point], pull),
+        atol=1e-12,
+    )
 
 
 @pytest.mark.parametrize("by_part", [False, True])
@@ -234,11 +239,13 @@ def test_errors_move_as_their_derivatives_say(notebook, by_part, what):
         errors = pixel_errors if what == "points" else coverage_errors
         return errors(body, p, level, scale=True)
 
-    _, slopes = measure(pose)
+    found = measure(pose)
+    slopes = np.zeros((2, found.slopes.shape[1], found.error.shape[1]))
+    slopes[..., found.moving] = found.slopes
     for d in range(slopes.shape[1]):
         step = np.zeros((2, slopes.shape[1]))
         step[:, d] = 1e-7
-        numeric = (measure(moved(body, pose, step))[0] - measure(pose)[0]) / 1e-7
+        numeric = (measure(moved(body, pose, step)).error - found.error) / 1e-7
         np.testing.assert_allclose(numeric, slopes[:, d], atol=2e-4 * np.abs(slopes).max())
 
 
@@ -255,6 +262,19 @@ def test_rotations_and_their_vectors_are_inverse(angle):
     R = rotation_of(vector)
     np.testing.assert_allclose(R @ R.transpose(0, 2, 1), np.eye(3)[None], atol=1e-12)
     np.testing.assert_allclose(vector_of(R), vector, atol=1e-9)
+
+
+@pytest.mark.parametrize("size", [7, 28, 112])
+def test_a_window_keeps_what_is_in_it(size):
+    """Also where its squares are smaller than pixels."""
+    masks = np.zeros((2, SIZE, SIZE))
+    masks[:, 40:100, 50:120] = np.random.default_rng(0).uniform(size=(2, 60, 70))
+    box = (np.array([50, 40, 120, 100]) - np.tile(K[:2, 2], 2)) / np.tile(np.diag(K)[:2], 2)
+    (level,) = pyramid(masks, np.ones_like(masks), K, box, (size,), soft=False)
+    side = 70 * (1 + 2 * MARGIN)
+    area = level.shares[0].sum(axis=(1, 2)) * (side / size) ** 2
+    np.testing.assert_allclose(area, masks.sum(axis=(1, 2)))
+    assert (level.weight == 1).all()
 
 
 def test_thinning_keeps_the_surface(notebook):
@@ -282,7 +302,7 @@ def test_the_outline_of_a_body_is_that_of_its_mask(bodies):
     pose = a_pose(bodies[0])
     masks = box_masks(bodies[0], pose)
     wanted = outline(masks, np.ones_like(masks), K, 32)
-    error, _ = reach_errors(bodies[0].outlined(), pose, wanted, scale=False)
+    error = reach_errors(bodies[0].outlined(), pose, wanted, scale=False).error
     assert np.abs(error).max() < 1.0 / K[1, 1]  # a pixel
 
 
@@ -318,6 +338,42 @@ def test_several_starts_find_what_one_does_not(bodies):
     many, pose = refined(bodies, start, masks, uncertainty=unsure, starts=16)
     assert many.residual <= one.residual + 1e-3
     assert add(bodies[0], pose, true) < 0.03
+
+
+def test_where_none_fits_there_are_more_starts(bodies):
+    true = a_pose(bodies[0])
+    masks = box_masks(bodies[0], true).max(axis=0)
+    unsure = Uncertainty(rotation=1.0, joint=0.4, outline=0.005)
+    far = off(bodies[0], true, turn=2.0, joints=0.4)
+    _, lost = refined(bodies, far, masks, uncertainty=unsure, starts=1)
+    found, pose = refined(bodies, far, masks, uncertainty=unsure, starts=2)
+    assert add(bodies[0], lost, true) > 0.2
+    assert add(bodies[0], pose, true) < 0.01
+    near = off(bodies[0], true)
+    at_once, _ = refined(bodies, near, masks, uncertainty=SURE, starts=2)
+    assert at_once.steps <= sum(STEPS) < found.steps
+
+
+@pytest.mark.parametrize("field", [None, 2])
+def test_of_more_starts_than_a_field_the_better_half_runs_on(bodies, field):
+    true = a_pose(bodies[0])
+    masks = box_masks(bodies[0], true).max(axis=0, keepdims=True)
+    estimate = off(bodies[0], true)
+    outlines = problems(bodies, [], estimate, masks, np.ones_like(masks), K, SURE).outline
+    running = []
+
+    def counted(pose):
+        running.append(len(pose.rotation))
+        return outlines.measure(pose)
+
+    starts = spread(bodies[0], estimate, SURE, 8)
+    before = outlines.system(starts)[0]
+    problem = replace(outlines, measure=counted)
+    _, cost, steps, _ = descend(problem, starts, 3 * HEAT, field=field)
+    halves = [8, 4, 2] if field else [8, 8, 8]
+    assert running == [8, *(n for n in halves for _ in range(HEAT))]
+    assert steps == 3 * HEAT
+    assert (cost <= before).all()
 
 
 def test_moving_the_camera_leaves_the_joints_alone(bodies):

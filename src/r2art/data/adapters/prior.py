@@ -10,6 +10,7 @@ from scipy.spatial import KDTree
 from r2art.core.camera import Camera
 from r2art.core.category import Category, Joint
 from r2art.data.adapters.model import Model
+from r2art.data.categories import with_symmetry
 from r2art.data.prior import POINTS_PER_OBJECT
 
 FloatArray = NDArray[np.floating]
@@ -41,7 +42,7 @@ def dataset_category(
     offset = np.abs(centers - box_center) / box_size
     typical = int(np.argmin((np.abs(log_sizes - np.log(box_size)) + offset).sum(axis=(1, 2))))
     points, normals, surface = _points(models[typical], box_center, box_size)
-    return Category(
+    category = Category(
         name=name,
         part_names=part_names,
         joints=_joints(models, states, box_center, box_size),
@@ -52,6 +53,7 @@ def dataset_category(
         areas=surface,
         frontal_area=float(np.exp(np.mean(np.log(areas)))) if len(areas) else 1.0,
     )
+    return with_symmetry(category)
 
 
 def frontal_area(camera: Camera, box: FloatArray, depth: float) -> float:

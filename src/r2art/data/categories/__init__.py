@@ -3,7 +3,8 @@
 A module (or package) in this folder is a category. It has
 
 - ``generate(rng, photos=()) -> Instance``: an object with real dimensions, closed at rest;
-- ``STAGING``, a `r2art.data.staging.Staging`: how people photograph such objects.
+- ``STAGING``, a `r2art.data.staging.Staging`: how people photograph such objects;
+- ``SYMMETRY``, a `r2art.core.category.Symmetry`, where two labellings of one object look alike.
 
 Nothing else needs to know of it; docs/new_category.md shows how to add one.
 """
@@ -11,12 +12,14 @@ Nothing else needs to know of it; docs/new_category.md shows how to add one.
 import pkgutil
 import zlib
 from collections.abc import Sequence
+from dataclasses import replace
 from importlib import import_module
 from pathlib import Path
 from types import ModuleType
 
 import numpy as np
 
+from r2art.core.category import Category, Symmetry
 from r2art.core.errors import UsageError
 from r2art.data.shape import Instance
 from r2art.data.staging import Staging
@@ -33,6 +36,26 @@ def make_instance(category: str, seed: int, photos: Sequence[Path] = ()) -> Inst
 def staging(category: str) -> Staging:
     """How photos of a category are taken."""
     return _module(category).STAGING
+
+
+def symmetry(category: str) -> Symmetry | None:
+    """The labelling under which objects of a category look the same, if there is one."""
+    return getattr(_module(category), "SYMMETRY", None)
+
+
+def with_symmetry(category: Category) -> Category:
+    """A prior with the symmetry that the generator of its name declares.
+
+    Args:
+        category: Unchanged where it has one, no generator makes such objects or declares one, or
+            its parts are joined in another way.
+    """
+    if category.symmetry is not None or category.name not in CATEGORIES:
+        return category
+    declared = symmetry(category.name)
+    if declared is None or not declared.fits(category.joints):
+        return category
+    return replace(category, symmetry=declared)
 
 
 def _module(category: str) -> ModuleType:

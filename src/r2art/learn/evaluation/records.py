@@ -82,6 +82,7 @@ def _measures(summary: Summary) -> Iterator[tuple[object, ...]]:
     yield "photo", "images", *_plain(summary.images)
     yield "photo", "failures", *_plain(summary.failures)
     yield "photo", "category", *_plain(summary.category_accuracy)
+    yield "photo", "relabelled", *_plain(summary.relabelled)
     for name in ("depth", "box", "seconds"):
         yield ("photo", name, *_figures(getattr(summary, name)))
     yield ("all parts", "calibration_error", *_figures(summary.calibration.error))

@@ -11,6 +11,7 @@ from r2art.core.category import Category
 from r2art.core.prediction import JointEstimate, PartEstimate, Prediction
 from r2art.data.sample import Sample
 from r2art.learn.evaluation import metrics, overlap
+from r2art.learn.evaluation.equivalent import nearer_labels
 
 FloatArray = NDArray[np.floating]
 
@@ -46,6 +47,7 @@ class Scores:
         scale: (*N,) the factor of the alignment, see `metrics.alignment_scale`.
         box: (*N,) intersection over union of the 2D boxes.
         category: (*N,) 1 where the category was recognised, else 0.
+        relabelled: (*N,) 1 where the other labelling of a symmetric object was nearer, else 0.
         seconds: (*N,) that the prediction took.
         diameter: (*N, P) of the model points: no error, but what errors are compared with, as
             are all that follow.
@@ -77,6 +79,7 @@ class Scores:
     scale: FloatArray
     box: FloatArray
     category: FloatArray
+    relabelled: FloatArray
     seconds: FloatArray
     diameter: FloatArray
     diagonal: FloatArray
@@ -200,7 +203,7 @@ def score(
     prediction: Prediction | None,
     seconds: float = float("nan"),
 ) -> Scores:
-    """Compare a prediction with a sample's labels.
+    """Compare a prediction with a sample's labels, or their equivalent that it is nearer to.
 
     Args:
         sample: The truth.
@@ -208,14 +211,17 @@ def score(
         prediction: What was predicted; None, or an object of another category, is a failure.
         seconds: How long that took.
     """
-    points = metrics.model_points(category, sample.box_center, sample.box_size)
     box = np.asarray(
         overlap.image_box_iou(np.asarray(prediction.box), sample.box) if prediction else 0.0
     )
-    known = {"box": box, "seconds": np.asarray(seconds), **_facts(sample, points)}
+    known = {"box": box, "seconds": np.asarray(seconds)}
     if prediction is None or prediction.category != category.name:
+        known |= _facts(sample, _model_points(sample, category))
         return _failure(len(category.part_names), len(category.joints), known)
-    true, said = _Scene.of(truth(sample, category)), _Scene.of(prediction)
+    labels = nearer_labels(sample, category, prediction)
+    points = _model_points(labels, category)
+    known |= _facts(labels, points)
+    true, said = _Scene.of(truth(labels, category)), _Scene.of(prediction)
     scale = metrics.alignment_scale(points, said.pose, true.pose)
     aligned = _Scene.of(prediction.scaled(scale, "prior"))
     plain_errors, aligned_errors = (_lengths(points, s, true) for s in (said, aligned))
@@ -234,8 +240,13 @@ def score(
         depth=np.asarray(abs(said.pose[0, 2, 3] / true.pose[0, 2, 3] - 1)),
         scale=np.asarray(scale),
         category=np.asarray(1.0),
+        relabelled=np.asarray(float(labels is not sample)),
         **known,
     )
+
+
+def _model_points(sample: Sample, category: Category) -> FloatArray:
+    return metrics.model_points(category, sample.box_center, sample.box_size)
 
 
 def _lengths(points: FloatArray, said: _Scene, true: _Scene) -> dict[str, FloatArray]:
@@ -279,5 +290,6 @@ def _failure(parts: int, joints: int, known: dict[str, FloatArray]) -> Scores:
         depth=np.asarray(np.inf),
         scale=np.asarray(np.nan),
         category=np.asarray(0.0),
+        relabelled=np.asarray(0.0),
         **known,
     )

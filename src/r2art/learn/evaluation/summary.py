@@ -98,6 +98,7 @@ class Summary:
         depth: Relative error of the root's depth.
         box: Intersection over union of the 2D box.
         category_accuracy: Share of images whose category was recognised.
+        relabelled: Share of images compared under the other labelling of a symmetric object.
         calibration: What the confidence is worth.
         seconds: Time that a prediction took.
     """
@@ -111,6 +112,7 @@ class Summary:
     depth: Spread
     box: Spread
     category_accuracy: float
+    relabelled: float
     calibration: Calibration
     seconds: Spread
 
@@ -154,6 +156,7 @@ def summarise(scores: Scores, category: Category) -> Summary:
         depth=spread(scores.depth),
         box=spread(scores.box),
         category_accuracy=float(scores.category.mean()),
+        relabelled=float(scores.relabelled.mean()),
         calibration=calibrate(scores),
         seconds=spread(scores.seconds),
     )

@@ -53,11 +53,14 @@ def tables(result: Result) -> tuple[Table, ...]:
 def overview(result: Result) -> Table:
     """Both modes, over all parts."""
     given, found = result.given, result.found
+    symmetric = result.report.category.symmetry is not None
+    shares = (f"{PERCENT * s.relabelled:.1f} %" for s in (given, found))
     rows = (
         ("images", str(given.images), str(found.images)),
         ("failures", str(given.failures), str(found.failures)),
         ("2D box IoU", "given", interval(found.box.median, 1, 3)),
         ("category right", "given", f"{PERCENT * found.category_accuracy:.1f} %"),
+        *([("other labelling nearer", *shares)] if symmetric else []),
         *((label, of(given), of(found)) for label, of in _OVERVIEW),
         *(
             (f"{g.kind} joint state", _state(g), _state(f))

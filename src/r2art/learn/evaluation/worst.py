@@ -8,6 +8,7 @@ from PIL import Image, ImageDraw
 from r2art.core.draw import annotated
 from r2art.core.image import read_image
 from r2art.core.pen import font
+from r2art.learn.evaluation.equivalent import nearer_labels
 from r2art.learn.evaluation.evaluate import Case, Report
 from r2art.learn.evaluation.scores import truth
 
@@ -31,7 +32,10 @@ def worst(report: Report) -> bytes:
 
 def _pair(report: Report, case: Case) -> Image.Image:
     image = case.sample.image
-    labelled = [truth(case.sample, report.category), case.prediction]
+    sample, said, category = case.sample, case.prediction, report.category
+    if said is not None and said.category == category.name:
+        sample = nearer_labels(sample, category, said)
+    labelled = [truth(sample, category), said]
     pictures = [annotated(p, read_image(image)) for p in labelled if p is not None]
     for picture in pictures:
         picture.thumbnail((TILE - 4, 2 * TILE), reducing_gap=2)

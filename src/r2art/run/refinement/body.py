@@ -7,6 +7,7 @@ OpenCV camera axes.
 """
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -51,13 +52,13 @@ class Body:
     tips: FloatArray
     shell: Shell | None = None
 
-    @property
+    @cached_property
     def anchor(self) -> FloatArray:
         """(3,) the root-frame point about which the object is turned: the middle of its boxes."""
         low, high = self.center - self.size / 2, self.center + self.size / 2
         return (low.min(axis=0) + high.max(axis=0)) / 2
 
-    @property
+    @cached_property
     def local(self) -> FloatArray:
         """(P, 3, M) the points from the centre of their part's box (m)."""
         return self.points - self.center[..., None]
@@ -72,13 +73,19 @@ class Body:
         """The degree of freedom by which masks reach beyond the object."""
         return IMAGE_FREEDOM + len(self.parent)
 
-    def moves(self, joint: int, part: int) -> bool:
-        """Whether a joint moves a part."""
-        while part > 0:
-            if part - 1 == joint:
-                return True
-            part = self.parent[part - 1]
-        return False
+    @cached_property
+    def carried(self) -> NDArray[np.bool_]:
+        """(J, P) whether a joint moves a part."""
+        result = np.zeros((len(self.parent), len(self.center)), bool)
+        for j, parent in enumerate(self.parent):
+            result[:, j + 1] = result[:, parent]
+            result[j, j + 1] = True
+        return result
+
+    @cached_property
+    def turns(self) -> FloatArray:
+        """(J, 3, 3) the matrix that multiplies by a joint's axis: ``axis × v``."""
+        return np.cross(self.axis[:, None], np.eye(3)).swapaxes(-1, -2)
 
     def thinned(self, count: int) -> "Body":
         """The body by ``count`` points in all, each of which stands for those next to it."""

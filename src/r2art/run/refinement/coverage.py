@@ -14,8 +14,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from r2art.run.refinement.body import Body
-from r2art.run.refinement.pose import Place, Pose, Posed, motions, posed
+from r2art.run.refinement.errors import Errors
+from r2art.run.refinement.pose import Pose, Posed, posed
 from r2art.run.refinement.silhouettes import NEAR, Level
+from r2art.run.refinement.twists import twists, wrenches
 
 FloatArray = NDArray[np.floating]
 Indices = NDArray[np.integer]
@@ -51,32 +53,30 @@ class Pieces:
 def cut(begin: FloatArray, run: FloatArray) -> Pieces:
     """Cut edges from (N, 2) ``begin`` to ``begin + run`` (px) at all pixel borders."""
     edge = np.arange(len(begin))
-    ends = begin + run
     cuts = [edge.astype(float)]
-    for axis in (0, 1):
-        low = np.floor(np.minimum(begin[:, axis], ends[:, axis]))
-        count = (np.floor(np.maximum(begin[:, axis], ends[:, axis])) - low).astype(np.intp)
+    for x, dx in zip(begin.T, run.T, strict=True):
+        first, last = np.floor(x), np.floor(x + dx)
+        count = np.abs(last - first).astype(np.intp)
         which = np.repeat(edge, count)
-        step = np.arange(len(which)) - np.repeat(np.cumsum(count) - count, count)
-        border = low[which] + 1 + step
-        at = (border - begin[which, axis]) / run[which, axis]
+        step = np.arange(1, len(which) + 1) - np.repeat(np.cumsum(count) - count, count)
+        border = np.minimum(first, last)[which] + step
+        at = (border - x[which]) / dx[which]
         cuts.append(which + np.clip(at, 0, 1 - 1e-12))
     at = np.sort(np.concatenate(cuts))
     which = at.astype(np.intp)
     at -= which
     until = np.ones_like(at)
-    same = which[1:] == which[:-1]
-    until[:-1][same] = at[1:][same]
+    np.copyto(until[:-1], at[1:], where=which[1:] == which[:-1])
     middle = (at + until) / 2
-    place = begin[which] + middle[:, None] * run[which]
-    corner = np.floor(place)
+    x, y = (b[which] + middle * r[which] for b, r in zip(begin.T, run.T, strict=True))
+    column = np.floor(x)
     return Pieces(
         edge=which,
         middle=middle,
         share=until - at,
-        row=corner[:, 1].astype(np.intp),
-        column=corner[:, 0].astype(np.intp),
-        right=1 - (place[:, 0] - corner[:, 0]),
+        row=np.floor(y).astype(np.intp),
+        column=column.astype(np.intp),
+        right=1 - (x - column),
     )
 
 
@@ -101,47 +101,87 @@ def layers(pieces: Pieces, fall: FloatArray, image: Indices, count: int, size: i
     return total[:-1].reshape(count, size, wide)[..., :-1].cumsum(axis=-1)
 
 
-def coverage_errors(
-    body: Body, pose: Pose, level: Level, *, scale: bool
-) -> tuple[FloatArray, FloatArray]:
-    """(S, I G²) covered shares less the masks', and their (S, D, I G²) derivatives."""
+def coverage_errors(body: Body, pose: Pose, level: Level, *, scale: bool) -> Errors:
+    """Of (S, I G²) covered shares less the masks'."""
     shell = body.shell
     assert shell is not None
     at = posed(body, pose)
     start, edge, way = shell.outline(_eyes(body, pose, at))
-    ends = shell.edges[edge]
-    place = Place(start=start[:, None], part=shell.part[ends], rest=shell.vertices[ends])
-    x = place.seen(body, pose, at)
-    z = np.maximum(x[..., 2:], NEAR)
+    starts, parts = at.rotation.shape[:2]
+    ends = shell.edges[edge].T
+    part = shell.part[ends[0]]
+    vertices = _vertices(body, pose, at)
     cells, pixels, focal = level.size * FINER, level.size, level.focal * FINER
-    uv = np.clip(x[..., :2] / z * focal + level.center * FINER, -cells, 2.0 * cells)
+    uv = vertices[:, :2] / np.maximum(vertices[:, 2:], NEAR) * focal[:, None]
+    uv = np.clip(uv + level.center[:, None] * FINER, -cells, 2.0 * cells)
+    uv = np.stack([uv[start, 0, ends], uv[start, 1, ends]])
     run = uv[:, 1] - uv[:, 0]
-    pieces = cut(uv[:, 0], run)
-    image = start * level.images + (place.part[:, 0] if level.images > 1 else 0)
-    starts = len(pose.rotation)
+    pieces = cut(uv[:, 0].T, run.T)
+    image = part if level.images > 1 else np.zeros_like(part)
     count = starts * level.images
-    total = layers(pieces, way * run[:, 1], image, count, cells)
-    covered = np.minimum(total, 1.0).reshape(count, pixels, FINER, pixels, FINER)
+    total = layers(pieces, way * run[1], start * level.images + image, count, cells)
+    covered = _pooled(np.minimum(total, 1.0)).reshape(starts, -1)
 
-    bounds = _bounding(pieces, image, total)
-    index = image[pieces.edge] * pixels + pieces.row // FINER
-    index = (index * pixels + pieces.column // FINER)[bounds]
-    used, which = np.unique(pieces.edge[bounds], return_inverse=True)
-    moves = motions(body, pose, at, place.pick(used), x[used], scale=scale)
-    by_uv = (moves[..., :2] - (x / z)[used][..., None, :2] * moves[..., 2:]) * focal
-    by_uv *= (way[used] / FINER**2)[:, None, None, None] / z[used][..., None]
-    across = run[used][:, None, None]
-    swept = across[..., 0] * by_uv[..., 1] - across[..., 1] * by_uv[..., 0]
-    middle, share = pieces.middle[bounds, None], pieces.share[bounds, None]
-    flow = share * ((1 - middle) * swept[which, 0] + middle * swept[which, 1])
-    slopes = [np.bincount(index, by, count * pixels**2).reshape(starts, -1) for by in flow.T]
-    slopes = np.stack(slopes, axis=1)
-
+    bounds = _bounding(pieces, start * level.images + image, total)
+    which, middle, share = pieces.edge[bounds], pieces.middle[bounds], pieces.share[bounds]
+    pixel = (image[which] * pixels + pieces.row[bounds] // FINER) * pixels
+    pixel += pieces.column[bounds] // FINER
     wanted, by_border = level.wanted(pose.border)
-    slopes[:, body.border] = by_border.reshape(starts, -1)
+    by_border = by_border.reshape(starts, -1)
+    moving = np.bincount(pixel, minlength=covered.shape[1]) > 0
+    moving = np.flatnonzero(moving | by_border.any(axis=0))
+    place = np.empty(covered.shape[1], np.intp)
+    place[moving] = np.arange(len(moving))
+
+    used, which = _numbered(which, len(edge))
+    ends, start, part = ends[:, used], start[used], part[used]
+    x = vertices[start, :, ends]
+    z = np.maximum(x[..., 2], NEAR)
+    normal = np.stack([-run[1, used], run[0, used]]) * way[used] / FINER**2
+    across = normal[:, None] * focal[:, None, None] / z
+    pull = np.stack([*across, -(across * x[..., :2].transpose(2, 0, 1)).sum(axis=0) / z], axis=-1)
+    rest = shell.vertices[ends]
+    loads = wrenches(body, pose, at, start, part, rest, x, pull, scale=scale)
+    begin, end = loads.transpose(0, 2, 1)
+    flow = share * (begin[:, which] + middle * (end - begin)[:, which])
+    index = (start * parts + part)[which] * len(moving) + place[pixel]
+    size = starts * parts * len(moving)
+    swept = np.stack([np.bincount(index, by, size) for by in flow])
+    swept = swept.reshape(len(flow), starts, parts, len(moving)).transpose(1, 2, 0, 3)
+    swept = swept.reshape(starts, parts * len(flow), len(moving))
+    slopes = twists(body, pose, at, scale=scale) @ swept
+    slopes[:, body.border] = by_border[:, moving]
     weight = level.weight.reshape(-1)
-    error = covered.mean(axis=(2, 4)).reshape(starts, -1) - wanted.reshape(starts, -1)
-    return error * weight, slopes * weight
+    return Errors(
+        error=(covered - wanted.reshape(starts, -1)) * weight,
+        slopes=slopes * weight[moving],
+        moving=moving,
+    )
+
+
+def _numbered(which: Indices, count: int) -> tuple[Indices, Indices]:
+    """Those of ``count`` that occur, and where among them each is."""
+    used = np.flatnonzero(np.bincount(which, minlength=count))
+    place = np.empty(count, np.intp)
+    place[used] = np.arange(len(used))
+    return used, place[which]
+
+
+def _vertices(body: Body, pose: Pose, at: Posed) -> FloatArray:
+    """(S, 3, V) the shell's vertices in the camera frame (m)."""
+    shell = body.shell
+    assert shell is not None
+    at_rest = shell.vertices[None]
+    if pose.log_scale.any():
+        scale, center = np.exp(pose.log_scale), body.center[shell.part]
+        at_rest = scale[:, :1] * center + scale[:, shell.part] * (at_rest - center)
+    return shell.placed(at_rest.swapaxes(-1, -2), at.rotation, at.translation)
+
+
+def _pooled(cells: FloatArray) -> FloatArray:
+    """(..., G, G) means of the FINER² cells of every pixel."""
+    rows = np.sum([cells[..., k::FINER, :] for k in range(FINER)], axis=0)
+    return np.sum([rows[..., k::FINER] for k in range(FINER)], axis=0) / FINER**2
 
 
 def _bounding(pieces: Pieces, image: Indices, total: FloatArray) -> Indices:

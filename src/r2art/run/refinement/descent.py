@@ -8,11 +8,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from r2art.run.refinement.body import IMAGE_FREEDOM, Body
+from r2art.run.refinement.errors import Errors
 from r2art.run.refinement.pose import Pose, difference, moved
 
 FloatArray = NDArray[np.floating]
-Measure = Callable[[Pose], tuple[FloatArray, FloatArray]]
+Measure = Callable[[Pose], Errors]
 
+HEAT = 2
+"""Steps after which hopeless starts are left behind."""
+HIGH = 30.0
+"""Of cost."""
 LONGEST_STEP = 0.35
 """Radians, logarithms, or sizes of the root part."""
 
@@ -22,15 +27,14 @@ class Problem:
     """What is least where the body fits the masks and is not far from the estimate.
 
     Attributes:
-        measure: Gives the (S, R) errors of poses, in standard deviations, and their (S, D, R)
-            derivatives.
+        measure: Gives the errors of poses, in standard deviations.
         body: The object.
         estimate: Where to stay near, ...
         precision: (D,) ... as firmly as this says: one over the variance.
         free: (D,) which degrees of freedom move.
     """
 
-    measure: Callable[[Pose], tuple[FloatArray, FloatArray]]
+    measure: Measure
     body: Body
     estimate: Pose
     precision: FloatArray
@@ -46,20 +50,35 @@ class Problem:
 
     def system(self, pose: Pose) -> tuple[FloatArray, FloatArray, FloatArray]:
         """(S,) cost, (S, D) half its gradient and (S, D, D) half its Gauss-Newton Hessian."""
-        error, slopes = self.measure(pose)
+        measured = self.measure(pose)
+        error, slopes = measured.error[:, measured.moving], measured.slopes
         scale = len(self.precision) > self.body.freedom
         away = difference(self.body, pose, self.estimate, scale=scale)
         held = away * self.precision
-        cost = (error**2).sum(axis=-1) + (away * held).sum(axis=-1)
+        cost = (measured.error**2).sum(axis=-1) + (away * held).sum(axis=-1)
         gradient = (slopes @ error[..., None])[..., 0] + held
         hessian = slopes @ slopes.transpose(0, 2, 1) + np.diag(self.precision)
         return cost, gradient, hessian
 
 
 def descend(
-    problem: Problem, pose: Pose, most: int, until: float = np.inf
+    problem: Problem,
+    pose: Pose,
+    most: int,
+    until: float = np.inf,
+    *,
+    rest: float = 0.0,
+    field: int | None = None,
 ) -> tuple[Pose, FloatArray, int, bool]:
-    """Levenberg-Marquardt, of every start by itself.
+    """Levenberg-Marquardt, of every start by itself until it changes its cost no more.
+
+    Args:
+        problem: What to minimise.
+        pose: The starts.
+        most: Steps.
+        until: When to stop, by `time.perf_counter`.
+        rest: A change that is none of a low cost; of a high one, as much for each `HIGH`.
+        field: How many may run on, if not all: of more, the worse half stays after every heat.
 
     Returns:
         Poses, their costs (S,), the steps taken, and whether the best start has converged.
@@ -69,17 +88,22 @@ def descend(
     still = np.zeros(len(cost), bool)
     taken = 0
     while taken < most and not still.all() and time.perf_counter() < until:
-        step = _step(problem, pose, gradient, hessian, damping)
-        trial = moved(problem.body, pose, step)
+        live = np.flatnonzero(~still)
+        before = pose.pick(live)
+        step = _step(problem, before, gradient[live], hessian[live], damping[live])
+        trial = moved(problem.body, before, step)
         new_cost, new_gradient, new_hessian = problem.system(trial)
-        better = new_cost < cost
-        still |= np.abs(new_cost - cost) < 1e-3 * cost
-        pose = Pose(**{k: _where(better, v, vars(pose)[k]) for k, v in vars(trial).items()})
-        cost = np.where(better, new_cost, cost)
-        gradient = _where(better, new_gradient, gradient)
-        hessian = _where(better, new_hessian, hessian)
-        damping = np.clip(np.where(better, damping * 0.3, damping * 5), 1e-6, 1e6)
+        better = new_cost < cost[live]
+        still[live] = np.abs(new_cost - cost[live]) < rest * (1 + cost[live] / HIGH)
+        gone = live[better]
+        pose = pose.put(gone, trial.pick(np.flatnonzero(better)))
+        cost[gone], gradient[gone] = new_cost[better], new_gradient[better]
+        hessian[gone] = new_hessian[better]
+        damping[live] = np.clip(damping[live] * np.where(better, 0.3, 5), 1e-6, 1e6)
         taken += 1
+        live = np.flatnonzero(~still)
+        if field is not None and taken % HEAT == 0 and len(live) > field:
+            still[live[np.argsort(cost[live])[max(field, (len(live) + 1) // 2) :]]] = True
     return pose, cost, taken, bool(still[cost.argmin()])
 
 
@@ -100,7 +124,3 @@ def _step(
     step = -np.linalg.solve(system, (gradient * free)[..., None])[..., 0]
     size = np.abs(step / problem.units).max(axis=-1, keepdims=True)
     return step * np.minimum(1, LONGEST_STEP / np.maximum(size, 1e-12))
-
-
-def _where(which: NDArray[np.bool_], a: FloatArray, b: FloatArray) -> FloatArray:
-    return np.where(which.reshape(-1, *[1] * (a.ndim - 1)), a, b)

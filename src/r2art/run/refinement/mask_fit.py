@@ -24,17 +24,21 @@ STEPS = 6
 """Steps by default."""
 SIDE = 80
 """Side (px) to which the network's own masks are brought."""
-SHARPNESS = 12.0
-"""Slope with which interpolated probabilities become a mask."""
+SHARPNESS = 3.0
+"""Factor on their logits there: places are coarse, and so soften what is sharp."""
+SURE_BAND = 0.7
+"""Width, in places, of the unsure band along the outline of a mask that the network is sure of."""
 GIVEN_SIDE = 224
 """Side (px) of the window of a user's mask."""
 INSIDE = 200
 """Of 255: what is darker in a white photo's window is beyond the photo."""
 
-# Of the network's estimate; chosen on rendered validation photos.
-OF_NETWORK = Uncertainty(rotation=0.08, place=0.01, log_depth=0.02, joint=0.07, outline=0.025)
+# Of the network's estimate and of a mask that it is sure of; chosen on rendered validation photos.
+OF_NETWORK = Uncertainty(rotation=0.2, place=0.025, log_depth=0.05, joint=0.175, outline=0.015)
 # Of the same against a mask that somebody has looked at.
-OF_GIVEN = replace(OF_NETWORK, place=0.02, log_depth=0.08, outline=0.01, log_scale=0.05)
+OF_GIVEN = Uncertainty(
+    rotation=0.08, place=0.02, log_depth=0.08, joint=0.07, outline=0.01, log_scale=0.05
+)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -54,22 +58,41 @@ class Target:
     uncertainty: Uncertainty
 
 
-def own_target(part_masks: FloatArray, view: View, photo: Photo) -> Target:
+def own_target(object_mask: FloatArray, view: View, photo: Photo) -> Target:
     """Where the network sees the object, brought to a size whose outline can be followed.
 
     Args:
-        part_masks: (P, h, w) probabilities over the crop.
+        object_mask: (h, w) share of each place in the crop that shows the object.
         view: The crop ...
         photo: ... and what it was cut from.
     """
-    seen = Image.fromarray(part_masks.sum(axis=0).astype(np.float32))
-    large = np.asarray(seen.resize((SIDE, SIDE), Image.Resampling.BICUBIC), float)
-    mask = 1 / (1 + np.exp(-SHARPNESS * (large - 0.5)))
+    share = np.clip(object_mask, 1e-4, 1 - 1e-4).astype(np.float32)
+    logits = Image.fromarray(np.log(share / (1 - share)))
+    large = np.asarray(logits.resize((SIDE, SIDE), Image.Resampling.BICUBIC), float)
+    mask = 1 / (1 + np.exp(-SHARPNESS * large))
     at = (np.arange(SIDE) + 0.5) / SIDE * view.pixels.shape[0] / view.scale
     x, y = at + view.corner[0], at + view.corner[1]
     known = ((y > 0) & (y < photo.height))[:, None] & ((x > 0) & (x < photo.width))
     camera = view.camera.resize(SIDE, SIDE)
-    return Target(mask=mask * known, known=known.astype(float), K=camera.K, uncertainty=OF_NETWORK)
+    return Target(
+        mask=mask * known,
+        known=known.astype(float),
+        K=camera.K,
+        uncertainty=replace(OF_NETWORK, outline=OF_NETWORK.outline * doubt(object_mask)),
+    )
+
+
+def doubt(object_mask: FloatArray) -> float:
+    """How far a mask of the network's may be off, beside one that it is sure of.
+
+    The shares' spread ``p (1 − p)``, summed over the mask, is the unsure area; over the outline's
+    length, the width of the unsure band. Errors grow faster than it: its cube was best on
+    validation photos, where thin things have bands that are twice as wide.
+    """
+    p = object_mask.astype(float)
+    length = np.hypot(*np.gradient(p)).sum()
+    band = (p * (1 - p)).sum() / max(length, 1e-6)
+    return float(np.clip(band / SURE_BAND, 0.5, 10.0) ** 3)
 
 
 def given_target(mask: Photo, prediction: Prediction, margin: float) -> Target:

@@ -13,10 +13,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from r2art.run.refinement.body import Body
-from r2art.run.refinement.pose import Place, Pose, motions, posed
+from r2art.run.refinement.errors import Errors
+from r2art.run.refinement.pose import Pose, posed
 from r2art.run.refinement.silhouettes import NEAR
+from r2art.run.refinement.twists import twists, wrenches
 
 FloatArray = NDArray[np.floating]
+
+CACHED = 1 << 16
+"""Numbers that a core has at hand."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -98,10 +103,8 @@ def _grown(pixels: NDArray[np.bool_]) -> NDArray[np.bool_]:
     return grown
 
 
-def reach_errors(
-    body: Body, pose: Pose, wanted: Outline, *, scale: bool
-) -> tuple[FloatArray, FloatArray]:
-    """(S, I K) the body's reach and border less the masks', and its (S, D, I K) derivatives.
+def reach_errors(body: Body, pose: Pose, wanted: Outline, *, scale: bool) -> Errors:
+    """Of (S, I K) the body's reach and border less the masks'.
 
     Where an object may reach farther than its mask, only reaching less far is an error.
     """
@@ -109,22 +112,41 @@ def reach_errors(
     S, P, _, M = at.points.shape
     images, count = wanted.reach.shape
     z = np.maximum(at.points[:, :, 2], NEAR)
-    along = wanted.directions @ (at.points[:, :, :2] / z[:, :, None])
+    uv = at.points[:, :, :2] / z[:, :, None]
     if images == 1:
-        along = along.transpose(0, 2, 1, 3).reshape(S, 1, count, P * M)
-    farthest = along.argmax(axis=-1)
-    error = np.take_along_axis(along, farthest[..., None], -1)[..., 0] - wanted.reach
-    error += pose.border[:, None, None]
+        uv = uv.transpose(0, 2, 1, 3).reshape(S, 1, 2, P * M)
+    farthest = _farthest(uv, wanted.directions)
     part = farthest // M if images == 1 else np.arange(P)[:, None]
-    part = np.broadcast_to(part, farthest.shape)
-    start, point = np.arange(S)[:, None, None], farthest % M
+    start, part, point = (
+        np.broadcast_to(a, farthest.shape).ravel()
+        for a in (np.arange(S)[:, None, None], part, farthest % M)
+    )
     x = at.points[start, part, :, point]
-    place = Place(start=start, part=part, rest=body.points[part, :, point])
-    moves = motions(body, pose, at, place, x, scale=scale)
-    distance = np.maximum(x[..., 2], NEAR)
-    by_xy = moves[..., :2] - (x[..., None, :2] / distance[..., None, None]) * moves[..., 2:]
-    slopes = (by_xy * wanted.directions[:, None]).sum(axis=-1) / distance[..., None]
+    z = np.maximum(x[:, 2:], NEAR)
+    across = np.tile(wanted.directions, (S * images, 1)) / z
+    along = (across * x[:, :2]).sum(axis=-1, keepdims=True)
+    error = along.reshape(farthest.shape) - wanted.reach + pose.border[:, None, None]
+    pull = np.concatenate([across, -along / z], axis=-1)
+    rest = body.points[part, :, point]
+    loads = wrenches(body, pose, at, start, part, rest, x, pull, scale=scale)
+    by = twists(body, pose, at, scale=scale).reshape(S, -1, P, loads.shape[-1])
+    slopes = (by[start, :, part] @ loads[..., None]).reshape(S, images * count, -1)
     slopes[..., body.border] = 1.0
     counts = (wanted.told > 0) | (error < 0) & np.isfinite(error)
-    error, slopes = np.where(counts, error, 0.0), slopes * counts[..., None]
-    return error.reshape(S, -1), slopes.reshape(S, images * count, -1).transpose(0, 2, 1)
+    error, counts = np.where(counts, error, 0.0).reshape(S, -1), counts.reshape(S, -1, 1)
+    return Errors(
+        error=error,
+        slopes=(slopes * counts).transpose(0, 2, 1),
+        moving=np.arange(images * count),
+    )
+
+
+def _farthest(uv: FloatArray, directions: FloatArray) -> NDArray[np.integer]:
+    """(S, I, K) which of (S, I, 2, M) points reach farthest in each direction.
+
+    Some starts at a time and in single precision: products that do not fit the cache take longer.
+    """
+    uv, directions = uv.astype(np.float32), directions.astype(np.float32)
+    few = max(1, CACHED // (len(directions) * uv[0, :, 0].size))
+    some = range(0, len(uv), few)
+    return np.concatenate([(directions @ uv[k : k + few]).argmax(axis=-1) for k in some])

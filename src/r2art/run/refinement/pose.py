@@ -35,6 +35,17 @@ class Pose:
         """Some of the starts."""
         return Pose(**{k: v[which] for k, v in vars(self).items()})
 
+    def put(self, which: NDArray[np.integer], others: "Pose") -> "Pose":
+        """With ``others`` in place of some of the starts."""
+        result = {k: v.copy() for k, v in vars(self).items()}
+        for name, value in vars(others).items():
+            result[name][which] = value
+        return Pose(**result)
+
+    def beside(self, other: "Pose") -> "Pose":
+        """The starts of both."""
+        return Pose(**{k: np.concatenate([v, vars(other)[k]]) for k, v in vars(self).items()})
+
 
 def pose_of(body: Body, cam_T_root: FloatArray, joint_state: FloatArray) -> Pose:
     """The pose of one start, in the body's own shape."""
@@ -130,100 +141,45 @@ class Posed:
 
 def posed(body: Body, pose: Pose) -> Posed:
     """The body as S starts have it; scales act as in `r2art.method.shape.deform`."""
-    scale = np.exp(pose.log_scale)
-    center = scale[:, :1] * body.center
-    at_rest = center[..., None] + scale[..., None] * body.local
-    patches = body.patches * (scale.prod(axis=-1, keepdims=True) / scale)[..., None]
-    pivot = center[:, 1:] + scale[:, 1:] * (body.pivot - body.center[1:])
-    rotation = [pose.rotation]
-    translation = [pose.anchor - pose.rotation @ body.anchor]
-    axes, pivots = [], []
+    at_rest, patches = body.points, body.patches
+    pivot = np.broadcast_to(body.pivot, (len(pose.rotation), *body.pivot.shape))
+    if pose.log_scale.any():
+        scale = np.exp(pose.log_scale)
+        center = scale[:, :1] * body.center
+        at_rest = center[..., None] + scale[..., None] * body.local
+        patches = body.patches * (scale.prod(axis=-1, keepdims=True) / scale)[..., None]
+        pivot = center[:, 1:] + scale[:, 1:] * (body.pivot - body.center[1:])
+    local = _joint_motions(body, pivot, pose.joint_state)
+    root = np.tile(np.eye(4), (len(pivot), 1, 1))
+    root[:, :3, :3] = pose.rotation
+    root[:, :3, 3] = pose.anchor - pose.rotation @ body.anchor
+    chain = [root]
     for j, parent in enumerate(body.parent):
-        R, t, state = rotation[parent], translation[parent], pose.joint_state[:, j : j + 1]
-        axes.append(R @ body.axis[j])
-        pivots.append((R @ pivot[:, j, :, None])[..., 0] + t)
-        if body.prismatic[j]:
-            rotation.append(R)
-            translation.append(t + state * axes[-1])
-        else:
-            rotation.append(R @ rotation_of(state * body.axis[j]))
-            translation.append(pivots[-1] - (rotation[-1] @ pivot[:, j, :, None])[..., 0])
-    R, t = np.stack(rotation, axis=1), np.stack(translation, axis=1)
-    empty = np.zeros((len(R), 0, 3))
+        chain.append(chain[parent] @ local[:, j])
+    T = np.stack(chain, axis=1)
+    R, t = T[:, :, :3, :3], T[:, :, :3, 3]
+    hung = R[:, list(body.parent)], t[:, list(body.parent)]
     return Posed(
         points=R @ at_rest + t[..., None],
         patches=R @ patches,
         rotation=R,
         translation=t,
-        axis=np.stack(axes, axis=1) if axes else empty,
-        pivot=np.stack(pivots, axis=1) if axes else empty,
+        axis=(hung[0] @ body.axis[..., None])[..., 0],
+        pivot=(hung[0] @ pivot[..., None])[..., 0] + hung[1],
     )
 
 
-@dataclass(frozen=True, kw_only=True)
-class Place:
-    """Some points of the body, N of any shape.
-
-    Attributes:
-        start: (N) whose pose each has.
-        part: (N) that it is on.
-        rest: (N, 3) where it is at rest, before the part is scaled (m).
-    """
-
-    start: NDArray[np.integer]
-    part: NDArray[np.integer]
-    rest: FloatArray
-
-    def pick(self, which: NDArray[np.integer]) -> "Place":
-        """Some of them, by their first index."""
-        return Place(start=self.start[which], part=self.part[which], rest=self.rest[which])
-
-    def seen(self, body: Body, pose: Pose, at: Posed) -> FloatArray:
-        """(N, 3) where they are in the camera frame (m)."""
-        start, part = self.start, self.part
-        at_rest = self.rest
-        if pose.log_scale.any():
-            scale = np.exp(pose.log_scale)
-            at_rest = scale[start, 0] * body.center[part] + scale[start, part] * (
-                self.rest - body.center[part]
-            )
-        turned = (at.rotation[start, part] @ at_rest[..., None])[..., 0]
-        return turned + at.translation[start, part]
-
-
-def motions(
-    body: Body, pose: Pose, at: Posed, place: Place, x: FloatArray, *, scale: bool
-) -> FloatArray:
-    """(N, D, 3) how points now at (N, 3) ``x`` move with every degree of freedom."""
-    start, part = place.start, place.part
-    P = len(body.center)
-    by = np.zeros((*x.shape[:-1], body.freedom + (3 * P if scale else 0), 3))
-    anchor = pose.anchor[start]
-    arm = x - anchor
-    for axis in range(3):
-        after, last = (axis + 1) % 3, (axis + 2) % 3
-        by[..., axis, after] = -arm[..., last]
-        by[..., axis, last] = arm[..., after]
-    by[..., 3, 0] = by[..., 4, 1] = anchor[..., 2]
-    by[..., 5, :] = anchor
-    for j in range(len(body.parent)):
-        carried = np.array([body.moves(j, p) for p in range(P)])[part]
-        motion = at.axis[:, j][start]
-        if not body.prismatic[j]:
-            motion = _crossed(motion, x - at.pivot[:, j][start])
-        by[..., IMAGE_FREEDOM + j, :] = motion * carried[..., None]
-    if scale:
-        size = np.exp(pose.log_scale)
-        local = (place.rest - body.center[part]) * size[start, part]
-        along = at.rotation[start, part].swapaxes(-1, -2) * local[..., None]
-        by[..., body.freedom :, :] = _shifts(body, pose, at)[start, part]
-        for axis in range(3):
-            own = body.freedom + 3 * part + axis
-            moved_by = (
-                np.take_along_axis(by, own[..., None, None], -2) + along[..., axis : axis + 1, :]
-            )
-            np.put_along_axis(by, own[..., None, None], moved_by, -2)
-    return by
+def _joint_motions(body: Body, pivot: FloatArray, state: FloatArray) -> FloatArray:
+    """(S, J, 4, 4) each joint's motion away from rest, about (S, J, 3) pivots."""
+    angle = np.where(body.prismatic, 0.0, state)[..., None, None]
+    turns = body.turns
+    turned = np.eye(3) + np.sin(angle) * turns + (1 - np.cos(angle)) * (turns @ turns)
+    slid = np.where(body.prismatic, state, 0.0)[..., None] * body.axis
+    result = np.zeros((*state.shape, 4, 4))
+    result[..., 3, 3] = 1
+    result[..., :3, :3] = turned
+    result[..., :3, 3] = slid + pivot - (turned @ pivot[..., None])[..., 0]
+    return result
 
 
 def derivatives(body: Body, pose: Pose, at: Posed, *, scale: bool) -> tuple[FloatArray, FloatArray]:
@@ -241,9 +197,8 @@ def derivatives(body: Body, pose: Pose, at: Posed, *, scale: bool) -> tuple[Floa
     by_points[:, :, 3, 0] = by_points[:, :, 4, 1] = pose.anchor[:, None, 2, None]
     by_points[:, :, 5] = pose.anchor[:, None, :, None]
     for j in range(J):
-        carried = [p for p in range(P) if body.moves(j, p)]
         axis = at.axis[:, j, :, None]
-        for p in carried:
+        for p in np.flatnonzero(body.carried[j]):
             if body.prismatic[j]:
                 by_points[:, p, IMAGE_FREEDOM + j] = axis
             else:
@@ -261,7 +216,7 @@ def _add_scale_derivatives(
 ) -> None:
     """A part's scale stretches it, and shifts it and others."""
     scale = np.exp(pose.log_scale)
-    by_points[:, :, body.freedom :] += _shifts(body, pose, at)[..., None]
+    by_points[:, :, body.freedom :] += shifts(body, pose, at)[..., None]
     for part in range(len(body.center)):
         for axis in range(3):
             d = body.freedom + 3 * part + axis
@@ -272,36 +227,23 @@ def _add_scale_derivatives(
             by_patches[:, part, d] += at.patches[:, part] - along * inside
 
 
-def _shifts(body: Body, pose: Pose, at: Posed) -> FloatArray:
+def shifts(body: Body, pose: Pose, at: Posed) -> FloatArray:
     """(S, P, 3 P, 3) how parts are shifted by the logarithm of each part's scale: the root's
     shifts all centres, every part's own the pivot of its joint.
     """
     scale = np.exp(pose.log_scale)
-    P = len(body.center)
-    result = np.zeros((len(scale), P, 3 * P, 3))
-    for part in range(P):
-        for axis in range(3):
-            size = scale[:, part, axis, None]
-            for p in range(P):
-                shift = np.zeros((len(size), 3))
-                if part == 0:
-                    shift += at.rotation[:, p, :, axis] * (size * body.center[p, axis])
-                for j, parent in enumerate(body.parent):
-                    if not body.moves(j, p):
-                        continue
-                    offset = body.pivot[j, axis] - body.center[j + 1, axis]
-                    moves = (part == 0) * body.center[j + 1, axis] + (part == j + 1) * offset
-                    bent = at.rotation[:, parent, :, axis] - at.rotation[:, j + 1, :, axis]
-                    shift += bent * (size * moves)
-                result[:, p, 3 * part + axis] = shift
-    return result
-
-
-def _crossed(a: FloatArray, b: FloatArray) -> FloatArray:
-    """``a × b`` of (..., 3)."""
-    return np.stack(
-        _components(a[..., 0], a[..., 1], a[..., 2], b[..., 0], b[..., 1], b[..., 2]), -1
-    )
+    S, P = scale.shape[:2]
+    result = np.zeros((S, P, P, 3, 3))
+    along = at.rotation.swapaxes(-1, -2)
+    result[:, :, 0] = along * (scale[:, :1] * body.center)[..., None]
+    for j, parent in enumerate(body.parent):
+        own = j + 1
+        bent = along[:, parent] - along[:, own]
+        offset = body.pivot[j] - body.center[own]
+        carried = body.carried[j]
+        result[:, carried, 0] += (bent * (scale[:, 0] * body.center[own])[..., None])[:, None]
+        result[:, carried, own] += (bent * (scale[:, own] * offset)[..., None])[:, None]
+    return result.reshape(S, P, 3 * P, 3)
 
 
 def _cross(a: FloatArray, b: FloatArray) -> FloatArray:

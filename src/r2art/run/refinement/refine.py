@@ -20,35 +20,17 @@ from numpy.typing import NDArray
 
 from r2art.core.category import Category
 from r2art.core.errors import InputError, UsageError
-from r2art.run.refinement.body import IMAGE_FREEDOM, Body, body_of
-from r2art.run.refinement.coverage import coverage_errors
-from r2art.run.refinement.descent import Measure, Problem, descend
-from r2art.run.refinement.outline import Outline, outline, reach_errors
+from r2art.run.refinement.body import Body, body_of
 from r2art.run.refinement.pose import Pose, pose_of
-from r2art.run.refinement.search import other_states, spread
-from r2art.run.refinement.silhouettes import Level, pixel_errors, pyramid
+from r2art.run.refinement.problems import POINTS, problems
+from r2art.run.refinement.search import Search
+from r2art.run.refinement.starts import spread
 from r2art.run.refinement.uncertainty import Uncertainty
 
 FloatArray = NDArray[np.floating]
 
-POINTS = {28: 128, 56: 512, 112: 2048}
-"""Resolutions, coarse to fine, and how many points of the object serve each of them."""
-STEPS = (3, 8, 4, 4, 0)
+STEPS = (3, 16, 10, 4, 0)
 """Most steps: for the box, for the outline, and at each resolution."""
-DIRECTIONS = 32
-"""Of the outline."""
-STRETCHES = 16
-"""Independent stretches of an outline: how often a mask measures how far off it is."""
-EDGE = 0.35
-"""Square residual of a silhouette that is a pixel off, per pixel of its outline."""
-POOR = 2.0
-"""Of the cost that a right pose may have: above it, other joint states are tried, ..."""
-STATES = 5
-"""... so many of each."""
-BORDERS = 3
-"""Pixels by which masks are made wider and narrower."""
-GRAIN = 0.03
-"""Standard deviation of a rendered outline, of points drawn at random (share of the size)."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -108,6 +90,7 @@ def refine(
         known: Like ``masks``; 0 where they may be wrong, else 1.
         uncertainty: Of the estimate and the masks.
         starts: Poses to start from: the estimate, and others around it within its uncertainty.
+            Where none of several fits, there are more.
         steps: Most steps for the box, for the outline, and at each resolution.
         seconds: When to stop and return the best so far.
 
@@ -120,131 +103,23 @@ def refine(
     masks, known = _checked(bodies[0], masks, known)
     estimate = pose_of(bodies[0], cam_T_root, joint_state)
     rendered = [k for k, most in enumerate(steps[2:]) if most > 0]
-    box, around, *levels = _problems(bodies, rendered, estimate, masks, known, K, sure)
-    left = [steps[k + 2] for k in rendered]
-    several = spread(bodies[0], estimate, sure, starts)
-    pose, cost, taken, converged = descend(box, several, steps[0], until)
-    found = _narrowed([(around, steps[1]), *zip(levels, left, strict=True)], pose, cost, until)
-    taken += found.steps
-    poor = found.cost > POOR * STRETCHES * len(masks)
-    if poor and starts > 1 and levels and time.perf_counter() < until:
-        others = other_states(bodies[0], found.pose, STATES)
-        others, cost = _best(others, levels[0].system(others)[0], starts)
-        again = _narrowed(list(zip(levels, left, strict=True)), others, cost, until)
-        taken += again.steps
-        found = min(found, again, key=lambda f: f.cost)
-    pose, converged = found.pose, found.converged or (converged and not found.steps)
-    shares = [_distance(around, p, sure.outline) for p in (pose, estimate)]
+    search = Search(
+        problems=problems(bodies, rendered, estimate, masks, known, K, sure),
+        steps=(*steps[:2], *(steps[k + 2] for k in rendered)),
+        images=len(masks),
+        until=until,
+    )
+    found = search.run(lambda count: spread(bodies[0], estimate, sure, count), starts)
+    shares = [search.problems.distance(p, sure.outline) for p in (found.pose, estimate)]
     better = shares[0] <= shares[1]
     return _result(
         bodies[0],
-        pose if better else estimate,
+        found.pose if better else estimate,
         residual=min(shares),
         start_residual=shares[1],
-        steps=taken,
-        converged=converged,
+        steps=found.steps,
+        converged=found.converged,
     )
-
-
-@dataclass(frozen=True, kw_only=True)
-class _Found:
-    """The best start, its cost, the steps taken, and whether it has come to rest."""
-
-    pose: Pose
-    cost: float
-    steps: int
-    converged: bool
-
-
-def _narrowed(
-    problems: Sequence[tuple[Problem, int]], pose: Pose, cost: FloatArray, until: float
-) -> _Found:
-    """Solve problems in turn, each for the best quarter of the starts of the one before."""
-    taken, converged = 0, False
-    for problem, most in problems:
-        if time.perf_counter() >= until or (most == 0 and len(cost) == 1):
-            continue
-        pose, cost, used, converged = descend(problem, pose, most, until)
-        pose, cost = _best(pose, cost, max(1, len(cost) // 4))
-        taken += used
-    pose, cost = _best(pose, cost, 1)
-    return _Found(pose=pose, cost=float(cost[0]), steps=taken, converged=converged)
-
-
-def _best(pose: Pose, cost: FloatArray, count: int) -> tuple[Pose, FloatArray]:
-    """The ``count`` starts that cost least, in this order."""
-    best = np.argsort(cost, kind="stable")[:count]
-    return pose.pick(best), cost[best]
-
-
-def _problems(
-    bodies: Sequence[Body],
-    rendered: Sequence[int],
-    estimate: Pose,
-    masks: FloatArray,
-    known: FloatArray,
-    K: FloatArray,
-    sure: Uncertainty,
-) -> list[Problem]:
-    """In their order: the box, the outline, and silhouettes at the resolutions wanted."""
-    scale = sure.log_scale > 0
-    tips = bodies[0].outlined()
-    box = outline(masks.max(axis=0)[None], known.min(axis=0)[None], K, 4)
-    around = outline(masks, known, K, DIRECTIONS)
-    soft = bodies[0].shell is None
-    sizes = tuple(list(POINTS)[k] for k in rendered)
-    borders = BORDERS if sure.border > 0 else 0
-    levels = pyramid(masks, known, K, box.corners, sizes, soft=soft, borders=borders)
-    deviations = sure.deviations(tips, box.extent)
-    whole = np.ones(len(deviations), bool)
-    whole[tips.border] = sure.border > 0
-    place = np.zeros(len(deviations), bool)
-    place[3:IMAGE_FREEDOM] = True
-
-    def reach(wanted: Outline) -> Measure:
-        firmness = _independence(wanted.reach.shape[-1]) / (sure.outline * wanted.extent)
-
-        def measure(pose: Pose) -> tuple[FloatArray, FloatArray]:
-            error, slopes = reach_errors(tips, pose, wanted, scale=scale)
-            return firmness * error, firmness * slopes
-
-        return measure
-
-    def pixels(body: Body, level: Level) -> Measure:
-        outlines = reach(around)
-        if body.shell is not None:
-            sharp = np.sqrt(STRETCHES / (4 * level.side)) / (sure.outline * level.side)
-
-            def exact(pose: Pose) -> tuple[FloatArray, FloatArray]:
-                error, slopes = coverage_errors(body, pose, level, scale=scale)
-                return sharp * error, sharp * slopes
-
-            return exact
-        firmness = np.sqrt(STRETCHES / (EDGE * 4 * level.side)) / (GRAIN * level.side)
-
-        def measure(pose: Pose) -> tuple[FloatArray, FloatArray]:
-            seen = pixel_errors(body, pose, level, scale=scale)
-            both = zip(seen, outlines(pose), strict=True)
-            error, slopes = (np.concatenate([firmness * a, b], axis=-1) for a, b in both)
-            return error, slopes
-
-        return measure
-
-    def problem(body: Body, measure: Measure, free: NDArray[np.bool_]) -> Problem:
-        return Problem(
-            measure=measure,
-            body=body,
-            estimate=estimate,
-            precision=deviations**-2.0,
-            free=free,
-        )
-
-    silhouettes = zip((bodies[k] for k in rendered), levels, strict=True)
-    return [
-        problem(tips, reach(box), place),
-        problem(tips, reach(around), whole),
-        *(problem(body, pixels(body, level), whole) for body, level in silhouettes),
-    ]
 
 
 def _checked(
@@ -264,18 +139,6 @@ def _checked(
     if not (masks * known > 0.5).any():
         raise InputError("the mask shows no object; there is nothing to refine against")
     return masks, known
-
-
-def _independence(directions: int) -> float:
-    """What each of so many neighbouring directions counts, as a share of its own deviation."""
-    return min(1.0, STRETCHES / directions) ** 0.5
-
-
-def _distance(around: Problem, pose: Pose, deviation: float) -> float:
-    """Root mean square distance of the outlines, as a share of the object's size."""
-    error, _ = around.measure(pose)
-    told = max(1, np.count_nonzero(error))
-    return float(np.sqrt((error**2).sum() / told)) * deviation / _independence(DIRECTIONS)
 
 
 def _result(

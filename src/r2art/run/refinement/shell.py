@@ -4,6 +4,7 @@ Letters: S starts, P parts, V vertices, F faces, E edges, N edges on outlines.
 """
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,11 +21,11 @@ class Shell:
 
     Attributes:
         vertices: (V, 3).
-        part: (V,) that each belongs to.
+        part: (V,) that each belongs to, in ascending order.
         edges: (E, 2) vertices.
         beside: (E, 2) the face that has the edge in this direction, and one that has it in the
             other; F: none has.
-        face_part: (F + 1,) the part of each face.
+        face_part: (F + 1,) the part of each face, likewise.
         normals: (F + 1, 3) outward, of any length; 0 of the face that is none ...
         offsets: (F + 1,) ... and the coordinate of its plane along it.
     """
@@ -36,6 +37,28 @@ class Shell:
     face_part: Indices
     normals: FloatArray
     offsets: FloatArray
+
+    @cached_property
+    def of_part(self) -> tuple[tuple[slice, slice], ...]:
+        """The vertices and the faces of every part."""
+        parts = np.arange(self.part.max() + 2)
+        vertices, faces = (np.searchsorted(a, parts) for a in (self.part, self.face_part))
+        return tuple(
+            (slice(vertices[p], vertices[p + 1]), slice(faces[p], faces[p + 1])) for p in parts[:-1]
+        )
+
+    def placed(self, at_rest: FloatArray, rotation: FloatArray, shift: FloatArray) -> FloatArray:
+        """(S, 3, V) the vertices where (S, P, 3, 3) rotations and (S, P, 3) shifts have them.
+
+        Args:
+            at_rest: (S or 1, 3, V) the vertices, scaled.
+            rotation: Of every part ...
+            shift: ... and where its origin goes (m).
+        """
+        result = np.empty((len(rotation), *at_rest.shape[1:]))
+        for p, (own, _) in enumerate(self.of_part):
+            result[..., own] = rotation[:, p] @ at_rest[..., own] + shift[:, p, :, None]
+        return result
 
     def stretched(self, old: FloatArray, new: FloatArray, scale: FloatArray) -> "Shell":
         """With every part, (P, 3) of it at ``old``, scaled about its centre and put to ``new``."""
@@ -62,8 +85,9 @@ class Shell:
         Returns:
             (N,) start and edge, and +1 or −1 where the edge runs the other way round.
         """
-        at = eye[:, self.face_part]
-        front = np.einsum("sfi,fi->sf", at, self.normals) > self.offsets
+        front = np.empty((len(eye), len(self.offsets)), bool)
+        for p, (_, own) in enumerate(self.of_part):
+            front[:, own] = eye[:, p] @ self.normals[own].T > self.offsets[own]
         first, second = front[:, self.beside[:, 0]], front[:, self.beside[:, 1]]
         start, edge = np.nonzero(first != second)
         return start, edge, np.where(first[start, edge], 1.0, -1.0)
@@ -71,18 +95,21 @@ class Shell:
 
 def shell_of(mesh: Mesh) -> Shell:
     """The triangles of a category's mean object, with what is next to what."""
-    vertices, faces = np.asarray(mesh.vertices, float), np.asarray(mesh.faces, np.intp)
+    order = np.argsort(mesh.part, kind="stable")
+    part = np.asarray(mesh.part, np.intp)[order]
+    vertices = np.asarray(mesh.vertices, float)[order]
+    faces = np.argsort(order)[np.asarray(mesh.faces, np.intp)]
+    faces = faces[np.argsort(part[faces[:, 0]], kind="stable")]
     corners = vertices[faces]
     normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     offsets = (normals * corners[:, 0]).sum(axis=-1)
     edges, beside = _edges(faces)
-    face_part = np.asarray(mesh.part, np.intp)[faces[:, 0]]
     return Shell(
         vertices=vertices,
-        part=np.asarray(mesh.part, np.intp),
+        part=part,
         edges=edges,
         beside=beside,
-        face_part=np.append(face_part, 0),
+        face_part=np.append(part[faces[:, 0]], part[-1]),
         normals=np.concatenate([normals, np.zeros((1, 3))]),
         offsets=np.append(offsets, 0.0),
     )

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from r2art.run.refinement.body import Body
+from r2art.run.refinement.errors import Errors
 from r2art.run.refinement.pose import Pose, derivatives, posed
 
 FloatArray = NDArray[np.floating]
@@ -93,19 +94,21 @@ def pyramid(
         soft: Whether to spread masks as points are.
         borders: Q.
     """
-    grown = _grown(masks, known, borders)
     pixel = 1 / float(np.sqrt(K[0, 0] * K[1, 1]))
     box = box * np.tile([K[0, 0], K[1, 1]], 2) + np.tile(K[:2, 2], 2)
     extent = box[2:] - box[:2]
     side = float(extent.max()) * (1 + 2 * MARGIN)
     corner = (box[:2] + box[2:]) / 2 - side / 2
+    low = np.maximum(np.floor(corner).astype(int) - borders, 0)
+    high = np.maximum(np.ceil(corner + side).astype(int) + borders, 0)
+    near = (..., slice(low[1], high[1]), slice(low[0], high[0]))
+    known = known[near]
+    grown = _grown(masks[near], known, borders)
     result = []
     for size in sizes:
         scale = size / side
-        rows = _overlaps(corner[1], side, size, masks.shape[-2])
-        columns = _overlaps(corner[0], side, size, masks.shape[-1])
-        seen = rows @ known @ columns.T
-        shares = rows @ grown @ columns.T / np.maximum(seen, 1e-6)
+        seen, shares = (_binned(pixels, corner - low, side, size) for pixels in (known, grown))
+        shares = shares / np.maximum(seen, 1e-6)
         certain = seen > 0.99
         if soft:
             blur = _blur(size)
@@ -154,12 +157,20 @@ def _widened(pixels: FloatArray, *, corners: bool) -> FloatArray:
     return result
 
 
-def _overlaps(start: float, side: float, count: int, pixels: int) -> FloatArray:
-    """(count, pixels) share of each window row that each image row makes up."""
-    edges = start + side / count * np.arange(count + 1)
-    low, high = edges[:-1, None], edges[1:, None]
-    pixel = np.arange(pixels)
-    return np.clip(np.minimum(high, pixel + 1) - np.maximum(low, pixel), 0, None) * count / side
+def _binned(pixels: FloatArray, corner: FloatArray, side: float, count: int) -> FloatArray:
+    """(..., G, G) means over the squares of a window of (..., H, W) pixels, 0 beyond them.
+
+    Sums, not a product with the squares' overlaps: BLAS would start threads for it.
+    """
+    for axis, start in ((-2, corner[1]), (-1, corner[0])):
+        length = pixels.shape[axis]
+        at = np.clip(start + side / count * np.arange(count + 1), 0, length)
+        low = np.minimum(at.astype(np.intp), length - 1)
+        along = (slice(None), None) if axis == -2 else slice(None)
+        whole = np.take(np.add.reduceat(pixels, low, axis), range(count), axis)
+        whole = whole * (np.diff(low) > 0)[along]  # of an empty stretch reduceat gives its begin
+        pixels = whole + np.diff(np.take(pixels, low, axis) * (at - low)[along], axis=axis)
+    return pixels * (count / side) ** 2
 
 
 def _blur(size: int) -> FloatArray:
@@ -271,10 +282,8 @@ def silhouettes(spots: Spots, size: int, *, by_part: bool) -> tuple[FloatArray, 
     return 1 - passed, (2 * np.log(2) * layers * passed)[:, None] * by_layers
 
 
-def pixel_errors(
-    body: Body, pose: Pose, level: Level, *, scale: bool
-) -> tuple[FloatArray, FloatArray]:
-    """(S, I G²) errors of the silhouettes and their (S, D, I G²) derivatives."""
+def pixel_errors(body: Body, pose: Pose, level: Level, *, scale: bool) -> Errors:
+    """Of (S, I G²) the silhouettes."""
     at = posed(body, pose)
     by_points, by_patches = derivatives(body, pose, at, scale=scale)
     seen = spots(at.points, at.patches, by_points, by_patches, level)
@@ -284,4 +293,8 @@ def pixel_errors(
     wanted, slopes[:, body.border] = target(share, covered, by_border)
     error = (covered - wanted) * weight
     S, D = slopes.shape[:2]
-    return error.reshape(S, -1), (slopes * weight).reshape(S, D, -1)
+    return Errors(
+        error=error.reshape(S, -1),
+        slopes=(slopes * weight).reshape(S, D, -1),
+        moving=np.arange(weight.size),
+    )

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 
-from r2art.core.category import Joint
+from r2art.core.category import Joint, Symmetry
 from r2art.data.categories.scissors.blades import blade, etching, screw
 from r2art.data.categories.scissors.handles import Handle
 from r2art.data.categories.scissors.style import ScissorsStyle, sample_style
@@ -21,6 +21,9 @@ STAGING = Staging(
     joints={"pivot": Spread(closed=0.2, typical=1.0, beta=(2.4, 2.4))},
     rests=(UPRIGHT, Rest(axis="z", angle=np.pi)),
 )
+
+SYMMETRY = Symmetry(swap=(1, 0), axis="z")
+"""Turned over about their length; a photo hardly tells which loop is the larger one."""
 
 
 def generate(rng: np.random.Generator, photos: Sequence[Path] = ()) -> Instance:

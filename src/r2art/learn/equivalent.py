@@ -1,0 +1,93 @@
+"""Training on objects that look the same under another labelling of their parts.
+
+A network that is taught one of two labels that no photo tells apart learns their mean, which is
+neither. So of each sample that label counts which the estimate is nearer to.
+"""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import torch
+from jaxtyping import Float, Shaped
+from torch import Tensor
+
+from r2art.core.category import Symmetry
+from r2art.learn.augment import Crops
+from r2art.method import losses, se3
+from r2art.method.estimate import Estimate
+from r2art.method.shape import Prior, box_corners
+
+REPROJECTION = 2.0
+"""Weight of the corners over that of the directions, as the objective has it."""
+LABELS = ("part", "cam_T_part", "joint_state", "box_center", "box_size")
+
+
+def better_labels(prior: Prior, found: Estimate, crops: Crops) -> Crops:
+    """The crops, each with that of its equivalent labels which the estimate is nearer to.
+
+    No gradient goes through the choice. Crops of a category without a symmetry are returned as
+    they are; so is a crop with an estimate that is not finite.
+    """
+    if prior.symmetry is None:
+        return crops
+    other = relabelled(crops, prior.symmetry, prior.kinematics.parent)
+    turned = distance(found, other) < distance(found, crops)
+
+    def chosen(name: str) -> Tensor:
+        given = getattr(crops, name)
+        which = turned.reshape(-1, *(1,) * (given.ndim - 1))
+        return torch.where(which, getattr(other, name), given)
+
+    return replace(crops, **{name: chosen(name) for name in LABELS})
+
+
+def relabelled(crops: Crops, symmetry: Symmetry, parents: Sequence[int]) -> Crops:
+    """The same crops under the other labelling, see `Symmetry`.
+
+    Args:
+        crops: Under any of the two; twice relabelled they are as they were.
+        symmetry: Of their category.
+        parents: The part on which each joint hangs.
+    """
+    swap = symmetry.swap
+    pose, center = _taken(crops.cam_T_part, swap), _taken(crops.box_center, swap)
+    origin = center[:, :1]
+    R = _turned(pose[..., :3, :3], symmetry)
+    t = se3.transform(pose, origin[:, None])[..., 0, :]
+    part = crops.part
+    for name, old in enumerate(swap):
+        part = torch.where(crops.part == old + 1, name + 1, part)
+    return replace(
+        crops,
+        part=part,
+        cam_T_part=se3.from_rotation_translation(R, t),
+        joint_state=_taken(crops.joint_state, symmetry.joint_swap(parents)),
+        box_center=_turned(center - origin, symmetry),
+        box_size=_taken(crops.box_size, swap),
+    )
+
+
+@torch.no_grad()
+def distance(found: Estimate, crops: Crops) -> Float[Tensor, " B"]:
+    """How far an estimate is from labels: box corners in the crop, and the parts' directions."""
+    R, true_R = found.cam_T_part[..., :3, :3], crops.cam_T_part[..., :3, :3]
+    direction = sum(losses.direction_loss(R[..., i], true_R[..., i]) for i in (0, 1))
+    corners, true_corners = (
+        se3.transform(pose, box_corners(center, size)).flatten(1, 2)
+        for pose, center, size in (
+            (found.cam_T_part, found.shape.box_center, found.shape.box_size),
+            (crops.cam_T_part, crops.box_center, crops.box_size),
+        )
+    )
+    reprojection = losses.reprojection_loss(corners, true_corners, crops.K, crops.box)
+    return torch.as_tensor(direction).mean(-1) + REPROJECTION * reprojection
+
+
+def _taken(labels: Shaped[Tensor, "B N *rest"], order: Sequence[int]) -> Tensor:
+    """Labels in another order; unlike an index, no list has to reach the device for it."""
+    return torch.stack([labels[:, i] for i in order], dim=1) if order else labels
+
+
+def _turned(vectors: Float[Tensor, "*B 3"], symmetry: Symmetry) -> Float[Tensor, "*B 3"]:
+    columns = zip(symmetry.signs, vectors.unbind(-1), strict=True)
+    return torch.stack([sign * column for sign, column in columns], dim=-1)
