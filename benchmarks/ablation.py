@@ -18,6 +18,7 @@ from collections.abc import Callable
 from dataclasses import asdict, dataclass, fields, replace
 from pathlib import Path
 
+import ablation_pull as pull
 import ablation_report as report
 import numpy as np
 import torch
@@ -54,7 +55,7 @@ class Errors:
         aligned: ADD after the best common factor on the translations of a photo.
         visible: Share of each part's silhouette that nothing hides.
         rotation: Of the root (°).
-        joint: Of the joint states (rad, m).
+        joint: Of the joint states (rad, m), positive where they are too large.
         depth: Of the root, as a share.
         overlap: IoU of the soft silhouettes of the whole object, and ...
         part_overlap: ... of every part.
@@ -104,7 +105,7 @@ def errors_of(prior: Prior, found: Estimate, true: Crops, pixels: int = 56) -> d
         "add": add,
         "aligned": aligned,
         "rotation": torch.rad2deg(cosine.clamp(-1, 1).acos()),
-        "joint": (found.joint_state - true.joint_state).abs(),
+        "joint": found.joint_state - true.joint_state,
         "depth": (z / true_z - 1).abs(),
         "overlap": overlap(drawn.union, truth.union),
         "part_overlap": overlap(drawn.parts, truth.parts),
@@ -154,7 +155,7 @@ def recipe_for(row: str, seed: int, a: argparse.Namespace) -> Recipe:
         photos=1,  # the least; nothing is learned from it
         others=0,
         learning_rate=a.learning_rate,
-        weights=replace(POSE_ONLY, **dict.fromkeys(a.without, 0.0)),
+        weights=replace(POSE_ONLY, **dict(a.weights)),
         seed=seed,
         warm_up=min(200, steps // 4),
         pictures_at=(steps // 4 + 1, steps // 2, steps),
@@ -196,16 +197,25 @@ def errors_of_run(row: str, seed: int, a: argparse.Namespace) -> Errors:
     return kept(run / "errors.npz", make)
 
 
+def weight(given: str) -> tuple[str, float]:
+    """A loss and its weight, of ``loss=weight``."""
+    name, _, value = given.partition("=")
+    if name not in {f.name for f in fields(Weights)}:
+        raise argparse.ArgumentTypeError(f"there is no loss {name}")
+    return name, float(value)
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--train", type=Path, required=True, help="a dataset of `r2art synth`")
     parser.add_argument("--test", type=Path, required=True, help="another, of other objects")
     parser.add_argument("--out", type=Path, required=True, help="folder of all runs")
     parser.add_argument("--rows", nargs="+", default=report.DEFAULT, choices=list(report.ROWS))
-    losses = [f.name for f in fields(Weights)]
-    parser.add_argument("--without", nargs="+", default=[], choices=losses, help="base losses")
+    parser.add_argument(
+        "--weights", type=weight, nargs="+", default=[], metavar="LOSS=WEIGHT", help="other weights"
+    )
     parser.add_argument("--seeds", type=int, default=3)
-    parser.add_argument("--steps", type=int, default=2000)
+    parser.add_argument("--steps", type=int, default=1500)
     parser.add_argument("--crops", type=int, default=32)
     parser.add_argument("--backbone", default="mobilenetv2_100")
     parser.add_argument("--input-size", type=int, default=128)
@@ -220,9 +230,17 @@ def main() -> None:
         for row in a.rows:
             found[row].append(errors_of_run(row, seed, a))
     print("\n".join(report.tables(found, guess)))
+    pulled: list[dict[str, list[float]]] = []
+    if "ablation_I" in a.rows:
+        weights = recipe_for("ablation_I", 0, a).weights
+        runs = [a.out / f"ablation_I-{seed}" for seed in range(a.seeds)]
+        pulled = [pull.pulls(run, a.test, weights) for run in runs]
+        print("\n".join(["", *pull.table(pulled)]))
     if a.results:
         write_section(
-            a.results, "-".join(["ablation", *a.without]), report.section(found, guess, a)
+            a.results,
+            "-".join(["ablation", *report.weights(a)]),
+            report.section(found, guess, pulled, a),
         )
     if a.figure:
         report.draw(found, guess, a)

@@ -2,9 +2,11 @@
 
 import argparse
 from collections.abc import Iterator
+from itertools import pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+import ablation_pull as pull
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
@@ -49,6 +51,9 @@ REACH = 0.1
 HIDDEN = 0.5
 """A part of which less than this share is visible counts as occluded."""
 RESAMPLES = 10_000
+STATES = (0.0, 0.1, 0.3, 0.5, 1.01)
+"""Edges between which joint states are counted, as shares of their range."""
+SHEET_WIDTH = 720
 Found = dict[str, list["Errors"]]
 
 
@@ -100,8 +105,7 @@ def differences(found: Found) -> Iterator[str]:
         everywhere, visible, hidden = (
             interval(gap.mean(0), where) for where in (np.full_like(seen, True), seen, ~seen)
         )
-        name = f"{ROWS[one]} − {ROWS[other]}"
-        yield f"| {name} | {everywhere} | {seeds} | {visible} | {hidden} |"
+        yield f"| {ROWS[one]} − {ROWS[other]} | {everywhere} | {seeds} | {visible} | {hidden} |"
 
 
 def interval(gap: NDArray[np.floating], where: NDArray[np.bool_]) -> str:
@@ -125,7 +129,7 @@ def quantities(found: Found, guess: "Errors") -> Iterator[str]:
             [1000 * r.aligned[seen].mean() for r in runs],
             [1000 * r.aligned[~seen].mean() for r in runs],
             [float(np.median(r.rotation)) for r in runs],
-            [1000 * float(np.median(r.joint)) for r in runs],
+            [1000 * float(np.median(np.abs(r.joint))) for r in runs],
             [100 * float(np.median(r.depth)) for r in runs],
             [100 * float(r.overlap.mean()) for r in runs],
             [100 * float(r.part_overlap.mean()) for r in runs],
@@ -134,32 +138,69 @@ def quantities(found: Found, guess: "Errors") -> Iterator[str]:
         yield f"| {ROWS.get(row, 'always the mean')} | {' | '.join(map(spread, columns))} |"
 
 
-def section(found: Found, guess: "Errors", a: argparse.Namespace) -> str:
+def by_state(found: Found, test: Dataset) -> Iterator[str]:
+    """Markdown: joint-centric against part-centric, by how far a joint is from its lower limit."""
+    pair = [found.get(row, []) for row in ("ablation_IV", "part_centric")]
+    if not all(pair):
+        return
+    low, high = np.array([j.limits for j in test.category.joints]).T
+    share = (np.stack([row["joint_state"] for row in test.rows()]) - low) / (high - low)
+    visible = pair[0][0].visible[:, 1:]
+    aligned = [1000 * np.mean([r.aligned[:, 1:] for r in runs], axis=0) for runs in pair]
+    off = [1000 * np.stack([r.joint for r in runs]) for runs in pair]
+    yield (
+        "| joint, % of its range | number | its part visible, % | aligned ADD, mm: joint-centric "
+        "| part-centric | state, mm: joint-centric | part-centric |"
+    )
+    yield f"| --- |{' ---: |' * 6}"
+    for least, most in pairwise(STATES):
+        there = (share >= least) & (share < most)
+        figures = [
+            f"{there.sum()}",
+            f"{100 * visible[there].mean():.0f}",
+            *(f"{v[there].mean():.1f}" for v in aligned),
+            *(
+                f"{np.median(np.abs(v).mean(0)[there]):.1f} ({v.mean(0)[there].mean():+.1f})"
+                for v in off
+            ),
+        ]
+        yield f"| {100 * least:.0f} to {min(100 * most, 100):.0f} | {' | '.join(figures)} |"
+
+
+def weights(a: argparse.Namespace) -> list[str]:
+    """Those of the losses that are not the usual ones."""
+    return [f"{loss}={value:g}" for loss, value in a.weights]
+
+
+def section(
+    found: Found, guess: "Errors", pulled: list[dict[str, list[float]]], a: argparse.Namespace
+) -> str:
     """The section of the results page."""
     train_on, test_on = (Dataset.open(folder) for folder in (a.train, a.test))
-    name, hidden = train_on.category.name, 100 * float((guess.visible < HIDDEN).mean())
-    weights = a.backbone_weights.name if a.backbone_weights else "random weights"
+    category, hidden = train_on.category.name, 100 * float((guess.visible < HIDDEN).mean())
+    start = a.backbone_weights.name if a.backbone_weights else "random weights"
     more = "" if a.rows == DEFAULT else f" --rows {' '.join(a.rows)}"
-    more += f" --without {' '.join(a.without)}" if a.without else ""
-    without = f", without the loss on {' and '.join(a.without)}" if a.without else ""
+    more += f" --backbone-weights {start}" if a.backbone_weights else ""
+    more += f" --weights {' '.join(weights(a))}" if a.weights else ""
+    other = f", {', '.join(weights(a))}" if a.weights else ""
     command = (
         f"python benchmarks/ablation.py --train {a.train} --test {a.test} --steps {a.steps} "
         f"--crops {a.crops} --learning-rate {a.learning_rate:g} --backbone {a.backbone} "
         f"--input-size {a.input_size} --seeds {a.seeds}{more} --out DIR"
     )
     made = " and ".join(
-        f"`r2art synth {name} -n {len(d)} --seed {d.manifest['seed']} "
+        f"`r2art synth {category} -n {len(d)} --seed {d.manifest['seed']} "
         f"--split {d.manifest['split']} --backgrounds DIR`"
         for d in (train_on, test_on)
     )
     return "\n".join(
         [
-            f"## Ablation of the cascade: {name}{without}",
+            f"## Ablation of the cascade: {category}{other}",
             "",
             f"Trained on {len(train_on)} photos, measured on {len(test_on)} of other objects with "
             f"the box given ({made}). {a.seeds} seeds, mean ± standard deviation; {a.steps} steps "
             f"of {a.crops} crops of {a.input_size} px without augmentation; the trunk "
-            f"(`{a.backbone}`, {weights}) frozen, the neck and the pose heads learn. By "
+            f"(`{a.backbone}`, {start}) frozen, the neck and the pose heads learn. By "
             f"`{command}`. What to make of it: [ablation.md](ablation.md).",
             "",
             *accuracy(found, guess),
@@ -180,8 +221,32 @@ def section(found: Found, guess: "Errors", a: argparse.Namespace) -> str:
             "Rotation, joint state (of all joints) and depth: median, then mean over the seeds. "
             "Silhouettes: soft ones of 56 px, mean over the photos. *In stage III*: test photos "
             "whose box has the right area (within 10 %) and place (IoU 0.9).",
+            *state_lines(found, test_on),
+            *pull_lines(pulled),
         ]
     )
+
+
+def state_lines(found: Found, test: Dataset) -> list[str]:
+    table = list(by_state(found, test))
+    after = (
+        "ADD of the part that the joint moves. State: median over joints of the absolute error, a "
+        "mean over the seeds; in brackets the mean error, negative where states are too small."
+    )
+    return ["", *table, "", after] if table else []
+
+
+def pull_lines(pulled: list[dict[str, list[float]]]) -> list[str]:
+    """What would pull the networks of row I, which have not met the cascade."""
+    if not pulled:
+        return []
+    return [
+        "",
+        *pull.table(pulled),
+        "",
+        "The gradient that the cascade would have in the networks of row I, against that of the "
+        "other losses, on the first 128 test photos: mean over the seeds.",
+    ]
 
 
 def draw(found: Found, guess: "Errors", a: argparse.Namespace) -> None:
@@ -193,7 +258,8 @@ def draw(found: Found, guess: "Errors", a: argparse.Namespace) -> None:
     draw_visible(seen, found, guess)
     figure.savefig(a.figure, dpi=90)
     sheet = silhouettes(a)
-    sheet.save(a.figure.with_name(f"{a.figure.stem}_silhouettes.jpg"), quality=85)
+    sheet.thumbnail((SHEET_WIDTH, sheet.height))
+    sheet.save(a.figure.with_name(f"{a.figure.stem}_silhouettes.jpg"), quality=80)
 
 
 def draw_runs(panel: Axes, found: Found) -> None:
@@ -245,9 +311,10 @@ def draw_visible(panel: Axes, found: Found, guess: "Errors") -> None:
 
 
 def silhouettes(a: argparse.Namespace) -> Image.Image:
-    """Of the first seed: the first four crops at chosen steps, a line per row of the ablation."""
-    rows = [r for r in ("ablation_I", "ablation_IV", "pixel_only", "part_centric") if r in a.rows]
-    shown = [(f, r) for f in _drawn_steps(a.out / f"{rows[0]}-0") for r in rows]
+    """Of the first seed: four crops when the cascade joins and at the end, a line per row."""
+    rows = [r for r in ("ablation_I", "ablation_IV", "part_centric") if r in a.rows] or a.rows
+    first, *_, last = sorted(f.name for f in (a.out / f"{rows[0]}-0").glob("silhouettes-*.png"))
+    shown = [(file, row) for file in (first, last) for row in rows]
     height = TILE + CAPTION
     sheet = Image.new("RGB", (COLUMNS * TILE, len(shown) * (height + CAPTION)), "white")
     pen, font = ImageDraw.Draw(sheet), ImageFont.load_default(15)
@@ -257,7 +324,3 @@ def silhouettes(a: argparse.Namespace) -> Image.Image:
         with Image.open(a.out / f"{row}-0" / file) as picture:
             sheet.paste(picture.crop((0, 0, COLUMNS * TILE, height)), (0, top + CAPTION))
     return sheet
-
-
-def _drawn_steps(run: Path) -> list[str]:
-    return sorted(file.name for file in run.glob("silhouettes-*.png"))

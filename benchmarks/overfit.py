@@ -31,13 +31,15 @@ PHOTOS = 8
 
 
 def by_heart(recipe: Recipe) -> Recipe:
-    """The recipe for eight photos: no decay, no augmentation, a short memory of the average."""
+    """The recipe for eight photos: fast, no decay, no augmentation, a short running average."""
     return replace(
         recipe,
         pretrained=False,
         offline_features=True,
         crops=PHOTOS,
         photos=1,
+        learning_rate=1e-3,
+        trunk_learning_rate=1e-3,
         warm_up=min(50, recipe.steps // 4),
         weight_decay=0.0,
         ema=0.98,

@@ -25,6 +25,7 @@ PAGES = [*ROOT.glob("*.md"), *(ROOT / "docs").glob("*.md")]
 # What is not run here as it stands, and why; who runs it, or the like of it. All is parsed.
 NOT_RUN = {
     r"r2art (synth|train|export) ": "hours at full size; tests/test_own_object.py, small",
+    r"r2art calibrate ": "minutes; tests/learn/test_calibrate.py, small",
     r"r2art prior .*(--out|examples/cabinet)": "tests/test_own_object.py",
     r"r2art predict photo.jpg --model cabinet": "tests/test_own_object.py",
     r"r2art eval ": "minutes; tests/learn/evaluation/test_evaluate.py, small",

@@ -14,6 +14,7 @@ import tyro
 from tyro.conf import DisallowNone, FlagCreatePairsOff
 
 from r2art.cli.benchmark import BENCHMARK
+from r2art.cli.calibrate import calibrate
 from r2art.cli.convert import convert
 from r2art.cli.data import DATA
 from r2art.cli.doctor import doctor
@@ -75,6 +76,7 @@ COMMANDS: dict[str, Callable[..., int] | Group] = {
     "train": train,
     "eval": evaluate,
     "export": export,
+    "calibrate": calibrate,
     "doctor": doctor,
 }
 

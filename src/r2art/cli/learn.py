@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from r2art.core.prediction import Prediction
     from r2art.data.sample import Sample
     from r2art.learn.evaluation.evaluate import Predict
+    from r2art.learn.evaluation.testsets import TestSet
     from r2art.run.predictor import Predictor
 
 
@@ -234,7 +235,6 @@ def evaluate(
         json: Print JSON instead of tables.
     """
     from r2art.learn.evaluation.report import Evaluation, run_eval
-    from r2art.learn.evaluation.testsets import open_testsets
     from r2art.run.predictor import SHIPPED_MODEL, load
     from r2art.run.refinement.mask_fit import STEPS, check_steps
     from r2art.run.report import say
@@ -243,13 +243,7 @@ def evaluate(
         raise UsageError("no data given; add --data DIR for each dataset")
     predictor, steps = load(model), STEPS if refine is None else refine
     check_steps(steps)
-    tests = [test for path in data for test in open_testsets(path, category, split)]
-    reasons = [_misfit(predictor, test.source.category) for test in tests]
-    if all(reasons):
-        raise UsageError(f"cannot evaluate {tests[0].name}: {reasons[0]}")
-    for test, reason in zip(tests, reasons, strict=True):
-        if reason:
-            say("warning", f"{test.name} is left out: {reason}")
+    tests = chosen_tests(predictor, data, category, split)
 
     def ask(name: str) -> "Predict":
         def predict(sample: "Sample", given_box: bool) -> "Prediction":
@@ -260,7 +254,7 @@ def evaluate(
 
     done = run_eval(
         Evaluation(
-            tests=[test for test, reason in zip(tests, reasons, strict=True) if not reason],
+            tests=tests,
             ask=ask,
             model=model or Path(str(SHIPPED_MODEL)),
             out=out,
@@ -274,6 +268,30 @@ def evaluate(
     for problem in broken:
         say("error", problem)
     return 3 if broken else 0
+
+
+def chosen_tests(
+    predictor: "Predictor",
+    data: Sequence[Path],
+    category: str | None = None,
+    split: str | None = None,
+) -> "list[TestSet]":
+    """Those datasets that a model can be measured on; the others are told.
+
+    Raises:
+        UsageError: There is none.
+    """
+    from r2art.learn.evaluation.testsets import open_testsets
+    from r2art.run.report import say
+
+    tests = [test for path in data for test in open_testsets(path, category, split)]
+    reasons = [_misfit(predictor, test.source.category) for test in tests]
+    if all(reasons):
+        raise UsageError(f"cannot evaluate {tests[0].name}: {reasons[0]}")
+    for test, reason in zip(tests, reasons, strict=True):
+        if reason:
+            say("warning", f"{test.name} is left out: {reason}")
+    return [test for test, reason in zip(tests, reasons, strict=True) if not reason]
 
 
 def _misfit(predictor: "Predictor", category: "Category") -> str:

@@ -85,9 +85,9 @@ class Batch:
 
     def inputs(self) -> tuple[Tensor, Tensor, Tensor, Tensor]:
         """What a network's training pass takes beside `names`: crops, boxes, intrinsics, photos."""
-        of_crops = ("image", "box", "K")
-        joined = (torch.cat([getattr(c, k) for c in self.crops.values()]) for k in of_crops)
-        return *joined, self.views.image
+        crops = self.crops.values()
+        image, box, K = (torch.cat([getattr(c, k) for c in crops]) for k in ("image", "box", "K"))
+        return image, box, K, self.views.image
 
 
 @dataclass(frozen=True)

@@ -3,7 +3,7 @@
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, cast
 
 import torch
 from accelerate import Accelerator
@@ -142,6 +142,7 @@ class Steps:
         self.optimizer.zero_grad()
         accelerator.backward(loss)
         norm = accelerator.clip_grad_norm_(self.model.parameters(), recipe.gradient_norm)
+        assert norm is not None
         numbers = [v.detach().float() for v in (norm, loss, *terms.values())]
         return Passed(
             numbers=torch.stack(numbers),
@@ -153,7 +154,7 @@ class Steps:
     def read(self, numbers: Tensor) -> list[float]:
         """Means over all processes; the one place of a step that waits for a GPU."""
         if self.accelerator.num_processes > 1:
-            numbers = self.accelerator.reduce(numbers, "mean")
+            return cast(Tensor, self.accelerator.reduce(numbers, "mean")).tolist()
         return numbers.tolist()
 
     def _features(self, batch: Batch) -> dict[str, Tensor]:

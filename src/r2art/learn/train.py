@@ -83,7 +83,7 @@ def make_optimizer(network: Network, recipe: Recipe) -> torch.optim.Optimizer:
             groups[name.startswith(PRETRAINED), parameter.ndim > 1].append(parameter)
     rate = {True: recipe.trunk_learning_rate, False: recipe.learning_rate}
     on_gpu = any(p.is_cuda for p in network.parameters())
-    options = {"fused": True, "capturable": True} if on_gpu else {}
+    options: dict[str, Any] = {"fused": True, "capturable": True} if on_gpu else {}
 
     def start(value: float) -> float | Tensor:  # a graph reads it where it is
         return torch.tensor(value, device="cuda") if on_gpu else value

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from r2art.core import prior_text
 from r2art.core.category import Category, JointKind
+from r2art.core.confidence import Calibration
 from r2art.core.errors import ModelError
 from r2art.core.image import Box, View
 
@@ -39,7 +40,8 @@ class ModelCategory:
     """A category the model knows: its parts, the root first, and its joints.
 
     ``size_spread`` is the relative spread of such objects' sizes, None where the file does not
-    say; ``embedded`` is its prior as `r2art export` writes it, see :meth:`prior`.
+    say; ``embedded`` is its prior as `r2art export` writes it, see :meth:`prior`;
+    ``calibration`` is what `r2art calibrate` has found, None where nobody has asked it.
     """
 
     name: str
@@ -47,6 +49,7 @@ class ModelCategory:
     joints: tuple[ModelJoint, ...]
     size_spread: float | None = None
     embedded: str | None = field(default=None, repr=False)
+    calibration: Calibration | None = None
 
     @property
     def outputs(self) -> tuple[str, ...]:
@@ -130,9 +133,21 @@ class Model:
         ``object_mask`` (h, w), where the model `segments`: the share of each of h × w places in
         the crop that shows the object.
         """
+        return self.poses(view, box, (category,))[1][category.name]
+
+    def poses(
+        self, view: View, box: Box, categories: tuple[ModelCategory, ...]
+    ) -> tuple[NDArray[np.floating], dict[str, dict[str, NDArray[np.floating]]]]:
+        """What a crop shows, as if it were a whole photo: ``category_scores``; and `pose` for
+        each of some categories, by name, hardly dearer than for one."""
         mask = (MASK,) if self.segments else ()
-        outputs = self._run(view, box, category.outputs + mask)
-        return {name.removeprefix(f"{category.name}."): v for name, v in outputs.items()}
+        names = tuple(name for category in categories for name in category.outputs)
+        outputs = self._run(view, box, ("category_scores", *names, *mask))
+        of_all = {name: outputs[name] for name in mask}
+        return outputs["category_scores"], {
+            c.name: {n.removeprefix(f"{c.name}."): outputs[n] for n in c.outputs} | of_all
+            for c in categories
+        }
 
     def _run(self, view: View, box: Box, names: tuple[str, ...]) -> dict[str, NDArray[np.floating]]:
         inputs = {
@@ -170,7 +185,15 @@ def _category(data: dict[str, Any]) -> ModelCategory:
         for j in data["joints"]
     )
     spread = float(data.get("size_spread", 0.0)) or None
-    return ModelCategory(data["name"], tuple(data["parts"]), joints, spread, data.get("prior"))
+    found = data.get("calibration")
+    return ModelCategory(
+        name=data["name"],
+        parts=tuple(data["parts"]),
+        joints=joints,
+        size_spread=spread,
+        embedded=data.get("prior"),
+        calibration=None if found is None else Calibration.from_dict(found),
+    )
 
 
 def _decimal(values: NDArray[np.floating]) -> NDArray[np.floating]:

@@ -17,6 +17,7 @@ from r2art.core.camera import Camera
 from r2art.core.errors import InputError, UsageError
 from r2art.core.image import Box, ImageLike, Photo, View, crop_square, letterbox, read_image
 from r2art.core.prediction import CameraSource, JointEstimate, PartEstimate, Prediction, Scale
+from r2art.run.confidence import calibrated
 from r2art.run.guess import best_camera, cameras
 from r2art.run.model import MASK, Model, ModelCategory
 from r2art.run.refinement.mask_fit import (
@@ -38,8 +39,9 @@ PLAUSIBLE_FOCAL = (0.2, 20.0)
 # On the unsure side of these an answer is still given, with a warning.
 UNSURE_CATEGORY = 0.6
 UNSURE_PART = 0.3
-# Above this probability that a photo shows no known object, it is rejected.
-NOTHING_KNOWN = 0.5
+# Above this probability that a photo shows no known object, it is rejected. The score is shy:
+# photos of objects seldom have a hundredth of it.
+NOTHING_KNOWN = 0.1
 BLANK = "the photo is blank"
 BLANK_RANGE = 8  # of 255: a photo whose pixels differ by no more shows nothing
 SMALL_BOX = 24  # px
@@ -64,10 +66,17 @@ def load(model: str | Path | None = None) -> "Predictor":
 
 
 class Predictor:
-    """Predicts photos with one model; may be shared between threads."""
+    """Predicts photos with one model; may be shared between threads.
 
-    def __init__(self, model: Model) -> None:
+    Args:
+        model: The opened file.
+        calibrated: Whether confidences are probabilities, of categories that the file holds a
+            calibration for; else they are what the network says.
+    """
+
+    def __init__(self, model: Model, *, calibrated: bool = True) -> None:
         self.model = model
+        self._calibrated = calibrated
         self._ready: dict[str, tuple[Body, ...]] = {}
 
     @property
@@ -130,29 +139,37 @@ class Predictor:
         if box is None and seen_at is not None:
             box = box_of(seen_at)
         box = None if box is None else check_box(box, photo)
-        score = None
+        scores = None
         rejected = BLANK if _is_blank(photo) else None
         if known is None or box is None:
             view = letterbox(photo.pixels, camera, self.model.input_size)
             seen = _finite(self.model.find(view))
-            rejected = rejected or _nothing_known(seen["category_scores"], self.categories)
-            known, score, doubts = self._recognise(seen["category_scores"], known)
-            warnings += doubts
+            scores = seen["category_scores"]
             if box is None:
                 box, doubts = usable_box(view.to_photo(seen["found_box"].tolist()), photo)
                 warnings += doubts
         view = crop_square(photo.pixels, camera, box, self.model.input_size, self.model.crop_margin)
         box_in_view = view.from_photo(box)
+        score, looked = None, {}
+        if scores is not None:
+            candidates = (known,) if known else self._likeliest(scores)
+            again, looked = self.model.poses(view, box_in_view, candidates)
+            scores = together(scores, again)
+            rejected = rejected or _nothing_known(scores, self.categories)
+            known, score, doubts = self._recognise(scores, known, candidates)
+            warnings += doubts
+        assert known is not None
 
-        def pose(view: View) -> Outputs:
-            return _finite(self.model.pose(view, box_in_view, known))
+        def pose(seen: View) -> Outputs:
+            if seen.camera == view.camera and known.name in looked:
+                return _finite(looked[known.name])
+            return _finite(self.model.pose(seen, box_in_view, known))
 
         if source == "guessed":
             camera, posed = best_camera(view, photo.width, photo.height, box_in_view, pose)
             warnings = (guess_doubt(camera), *warnings)
         else:
             posed = pose(view)
-        parts = _parts(known, posed)
         prediction = Prediction(
             image_path=None if photo.path is None else _text(photo.path),
             category=known.name,
@@ -160,15 +177,20 @@ class Predictor:
             box=box,
             camera=camera,
             camera_source=source,
-            parts=parts,
+            parts=_parts(known, posed),
             joints=_joints(known, posed),
             rejected=rejected,
-            warnings=warnings + _doubts(parts, box),
+            warnings=warnings,
             scale=Scale(spread=known.size_spread),
             photo=photo if photo.path is None else None,
         )
         if refine > 0:
             prediction = self._refined(prediction, known, posed, view, photo, seen_at, refine)
+        if self._calibrated:
+            own_mask = seen_at is None
+            prediction = calibrated(prediction, known.calibration, own_mask=own_mask)
+        doubts = _doubts(prediction.parts, box)
+        prediction = replace(prediction, warnings=(*prediction.warnings, *doubts))
         return _rescaled(prediction, size, depth)
 
     def _refined(
@@ -200,19 +222,38 @@ class Predictor:
             self._ready[category.name] = resolutions(category.prior())
         return self._ready[category.name]
 
+    def _likeliest(self, scores: NDArray[np.floating]) -> tuple[ModelCategory, ...]:
+        """The two categories that a whole photo most looks like, to be told apart in the crop."""
+        order = np.argsort(scores[: len(self.categories)])[::-1]
+        return tuple(self.model.categories[int(k)] for k in order[:2])
+
     def _recognise(
-        self, scores: NDArray[np.floating], wanted: ModelCategory | None
+        self,
+        scores: NDArray[np.floating],
+        wanted: ModelCategory | None,
+        candidates: tuple[ModelCategory, ...],
     ) -> tuple[ModelCategory, float, tuple[str, ...]]:
         """The category, its score, and what makes it doubtful."""
+
+        def score_of(category: ModelCategory) -> float:
+            return float(np.clip(scores[self.model.categories.index(category)], 0, 1))
+
+        if wanted is None:
+            best = max(candidates, key=score_of)
+            unsure = score_of(best) < UNSURE_CATEGORY
+            doubt = f"unsure that this is a {best.name} (score {score_of(best):.2f})"
+            return best, score_of(best), (doubt,) if unsure else ()
         best = self.model.categories[int(np.argmax(scores[: len(self.categories)]))]
-        category = wanted or best
-        score = float(np.clip(scores[self.model.categories.index(category)], 0, 1))
-        doubts = ()
-        if category != best:
-            doubts = (f"the model takes this for a {best.name}, not a {category.name}",)
-        elif score < UNSURE_CATEGORY:
-            doubts = (f"unsure that this is a {category.name} (score {score:.2f})",)
-        return category, score, doubts
+        if best == wanted:
+            return wanted, score_of(wanted), ()
+        doubt = f"the model takes this for a {best.name}, not a {wanted.name}"
+        return wanted, score_of(wanted), (doubt,)
+
+
+def together(whole: NDArray[np.floating], crop: NDArray[np.floating]) -> NDArray[np.floating]:
+    """Scores of two looks as one: their geometric mean, which adds up to 1 again."""
+    both = np.sqrt(np.maximum(whole, 1e-6) * np.maximum(crop, 1e-6))
+    return both / both.sum()
 
 
 def _is_blank(photo: Photo) -> bool:

@@ -68,7 +68,7 @@ def test_the_command_evaluates_what_the_model_knows_and_says_what_it_leaves_out(
         assert dataset["given"]["images"] == 2
         assert np.isfinite(dataset["given"]["whole"]["plain"]["add"]["mean"]["value"])
         assert dataset["given"]["seconds"]["median"]["value"] > 0
-    assert "physical-box is left out: this model knows" in err
+    assert "physical-box is left out: the joints of this model's box are revolute" in err
 
 
 def test_a_broken_row_is_told_with_exit_code_3_and_the_others_are_evaluated(tmp_path, capsys):

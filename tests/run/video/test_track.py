@@ -169,7 +169,7 @@ def test_frames_that_cannot_be_used_are_refused_or_coasted_over(predictor, pixel
         tracker.step(Frame(time=0.5, image=pixels))
     with pytest.raises(InputError, match="one size"):
         tracker.step(Frame(time=1.2, image=pixels[:200]))
-    with pytest.raises(UsageError, match="drawer, laptop"):
+    with pytest.raises(UsageError, match="drawer, eyeglasses, laptop"):
         Tracker(predictor, category="giraffe")
 
 

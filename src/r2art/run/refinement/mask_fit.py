@@ -26,7 +26,7 @@ SIDE = 80
 """Side (px) to which the network's own masks are brought."""
 SHARPNESS = 3.0
 """Factor on their logits there: places are coarse, and so soften what is sharp."""
-SURE_BAND = 0.7
+SURE_BAND = 0.3
 """Width, in places, of the unsure band along the outline of a mask that the network is sure of."""
 GIVEN_SIDE = 224
 """Side (px) of the window of a user's mask."""
@@ -34,7 +34,7 @@ INSIDE = 200
 """Of 255: what is darker in a white photo's window is beyond the photo."""
 
 # Of the network's estimate and of a mask that it is sure of; chosen on rendered validation photos.
-OF_NETWORK = Uncertainty(rotation=0.2, place=0.025, log_depth=0.05, joint=0.175, outline=0.015)
+OF_NETWORK = Uncertainty(rotation=0.16, place=0.02, log_depth=0.04, joint=0.14, outline=0.015)
 # Of the same against a mask that somebody has looked at.
 OF_GIVEN = Uncertainty(
     rotation=0.08, place=0.02, log_depth=0.08, joint=0.07, outline=0.01, log_scale=0.05
@@ -86,13 +86,13 @@ def doubt(object_mask: FloatArray) -> float:
     """How far a mask of the network's may be off, beside one that it is sure of.
 
     The shares' spread ``p (1 − p)``, summed over the mask, is the unsure area; over the outline's
-    length, the width of the unsure band. Errors grow faster than it: its cube was best on
+    length, the width of the unsure band. Errors grow faster than it: its square was best on
     validation photos, where thin things have bands that are twice as wide.
     """
     p = object_mask.astype(float)
     length = np.hypot(*np.gradient(p)).sum()
     band = (p * (1 - p)).sum() / max(length, 1e-6)
-    return float(np.clip(band / SURE_BAND, 0.5, 10.0) ** 3)
+    return float(np.clip(band / SURE_BAND, 0.5, 10.0) ** 2)
 
 
 def given_target(mask: Photo, prediction: Prediction, margin: float) -> Target:
