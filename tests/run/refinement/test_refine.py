@@ -213,6 +213,22 @@ def test_wrenches_on_twists_are_covectors_on_motions(notebook, points, scale):
     )
 
 
+def test_out_of_the_picture_nothing_moves(notebook):
+    """Where no outline crosses a pixel, errors are those of an empty picture, without slopes."""
+    mesh = box_mesh(notebook.box_center, notebook.box_size)
+    body = resolutions(replace(notebook, mesh=mesh))[0]
+    pose = a_pose(body, 2)
+    masks = box_masks(body, a_pose(body)).max(axis=0, keepdims=True)
+    known = np.ones_like(masks)
+    corners = outline(masks, known, K, 16).corners
+    (level,) = pyramid(masks, known, K, corners, (28,), soft=False)
+    aside = replace(pose, anchor=pose.anchor + np.array([40.0, 0, 0]))
+    found = coverage_errors(body, aside, level, scale=True)
+    assert found.slopes.size == 0
+    assert np.abs(found.error).max() > 0.5
+    assert np.isfinite(found.error).all()
+
+
 @pytest.mark.parametrize("by_part", [False, True])
 @pytest.mark.parametrize("what", ["points", "mesh", "outline"])
 def test_errors_move_as_their_derivatives_say(notebook, by_part, what):
