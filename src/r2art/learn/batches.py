@@ -3,6 +3,7 @@
 from collections.abc import Mapping, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass
+from functools import cached_property
 from itertools import groupby
 from pathlib import Path
 
@@ -119,19 +120,18 @@ class Batches:
         key = np.random.SeedSequence((self.recipe.seed, step, k))
         chance = Chance(int(key.generate_state(1, np.uint64)[0] >> 1), self.device)
         size, varied = self.recipe.input_size, not self.recipe.offline_features
-        crops: dict[str, augment.Crops] = {}
-        for same in self._of_one_size(names):
-            photos = [self.photos[name] for name in same]
-            chosen = [(p, chance.choice(len(p), self.recipe.crops)) for p in photos]
-            made = augment.crops_of(chosen, size, chance, self.backdrops, augment=varied)
-            crops |= dict(zip(same, made, strict=True))
+        crops: list[augment.Crops] = []
+        photos = [self.photos[name] for name in names]
+        for _, of_one_size in groupby(photos, key=lambda p: p.mask.shape[1:]):
+            chosen = [(p, chance.choice(len(p), self.recipe.crops)) for p in of_one_size]
+            crops += augment.crops_of(chosen, size, chance, self.backdrops, augment=varied)
         picked, category = self._picked(step, chance)
         views = [augment.views(p, size, chance, self.backdrops, augment=varied) for p in picked]
         if (n := self.recipe.others) > 0:
-            views.append(augment.empty_views(n, size, chance, self._others()))
+            views.append(augment.empty_views(n, size, chance, self._others))
             category += [len(self.photos)] * n
         return Batch(
-            crops={name: crops[name] for name in names},
+            crops=dict(zip(names, crops, strict=True)),
             views=joined(views),
             category=torch.tensor(category, device=self.device),
         )
@@ -148,13 +148,7 @@ class Batches:
         of_one_size = groupby(picked, key=lambda p: p.mask.shape[1:])
         return [joined(list(group)) for _, group in of_one_size], category
 
-    def _of_one_size(self, names: tuple[str, ...]) -> list[list[str]]:
-        """The categories, those together whose photos have one size."""
-        found: dict[torch.Size, list[str]] = {}
-        for name in names:
-            found.setdefault(self.photos[name].mask.shape[1:], []).append(name)
-        return list(found.values())
-
+    @cached_property
     def _others(self) -> Tensor | None:
         """Backdrops that also stand for other objects: every fifth never does, for evaluation."""
         if self.backdrops is None:

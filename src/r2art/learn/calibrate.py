@@ -5,7 +5,6 @@ cross-entropy, pulled towards the identity, so that a few photos, or photos of w
 right, or none, still give weights that can be meant.
 """
 
-import json
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Protocol
@@ -25,6 +24,7 @@ from r2art.learn.evaluation import statistics
 from r2art.learn.evaluation.evaluate import count
 from r2art.learn.evaluation.scores import score
 from r2art.learn.evaluation.testsets import TestSet
+from r2art.learn.exported import metadata, with_metadata
 
 FloatArray = NDArray[np.floating]
 
@@ -264,13 +264,9 @@ def cross_validated(parts: Parts) -> FloatArray:
 
 def with_calibration(model: onnx.ModelProto, found: Mapping[str, Calibration]) -> onnx.ModelProto:
     """The same model with these calibrations, by category, and no others in its metadata."""
-    result = onnx.ModelProto()
-    result.CopyFrom(model)
-    meta = next(m for m in result.metadata_props if m.key == "r2art")
-    about = json.loads(meta.value)
+    about = metadata(model)
     for described in about["categories"]:
         described.pop("calibration", None)
         if described["name"] in found:
             described["calibration"] = found[described["name"]].to_dict()
-    meta.value = json.dumps(about)
-    return result
+    return with_metadata(model, about)

@@ -25,9 +25,8 @@ from r2art.data.categories import CATEGORIES
 from r2art.data.objects import Procedural
 from r2art.data.prior import with_mesh
 from r2art.data.shards import write_atomically
-from r2art.learn import checkpoint
+from r2art.learn import checkpoint, exported
 from r2art.learn.augment import CROP_MARGIN
-from r2art.learn.exported import read_model
 from r2art.method.estimate import estimate, within_limits
 from r2art.method.outputs import Network
 
@@ -184,15 +183,11 @@ def complete(category: Category) -> Category:
 
 def completed(model: onnx.ModelProto) -> onnx.ModelProto:
     """The same model with complete priors of its categories."""
-    result = onnx.ModelProto()
-    result.CopyFrom(model)
-    meta = next(m for m in result.metadata_props if m.key == "r2art")
-    about = json.loads(meta.value)
+    about = exported.metadata(model)
     for described in about["categories"]:
         if text := described.get("prior"):
             described["prior"] = prior_text.to_text(complete(prior_text.from_text(text)))
-    meta.value = json.dumps(about)
-    return result
+    return exported.with_metadata(model, about)
 
 
 def export(run: Path, out: Path, names: Sequence[str] = ()) -> None:
@@ -209,7 +204,7 @@ def export(run: Path, out: Path, names: Sequence[str] = ()) -> None:
     if run.is_file() and names:
         raise UsageError(f"categories can be chosen from a run, not from the model file {run}")
     if run.is_file():
-        write_atomically(out, completed(read_model(run)).SerializeToString())
+        write_atomically(out, completed(exported.read_model(run)).SerializeToString())
         return
     network, facts = checkpoint.load_network(run)
     facts = {"recipe": facts["recipe"], "data": facts["data"]}

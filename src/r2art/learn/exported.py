@@ -68,10 +68,21 @@ def load_exported(network: R2ArtNet, path: Path, inputs: Sequence[Any]) -> None:
 
 def facts(path: Path) -> dict[str, Any]:
     """What a model file says of its own making, and its SHA-256."""
-    model = read_model(path)
-    about = json.loads(next(m.value for m in model.metadata_props if m.key == "r2art"))
     digest = hashlib.sha256(path.read_bytes()).hexdigest()
-    return {"model": path.name, "sha256": digest, **about["trained"]}
+    return {"model": path.name, "sha256": digest, **metadata(read_model(path))["trained"]}
+
+
+def metadata(model: onnx.ModelProto) -> dict[str, Any]:
+    """What a model of r2art says of itself, see docs/model.md."""
+    return json.loads(next(m.value for m in model.metadata_props if m.key == "r2art"))
+
+
+def with_metadata(model: onnx.ModelProto, about: dict[str, Any]) -> onnx.ModelProto:
+    """The same model of r2art, which says something else of itself."""
+    result = onnx.ModelProto()
+    result.CopyFrom(model)
+    next(m for m in result.metadata_props if m.key == "r2art").value = json.dumps(about)
+    return result
 
 
 def _is_shared(key: str) -> bool:
