@@ -9,7 +9,7 @@ import pytest
 from r2art.core.category import Category, Joint, Symmetry
 from r2art.core.prior_text import from_text, to_text
 from r2art.data import shards
-from r2art.data.categories import CATEGORIES, make_instance, staging, symmetry, with_symmetry
+from r2art.data.categories import CATEGORIES, make_instance, staging, symmetry, with_symmetries
 from r2art.data.prior import category_prior
 
 TURNED_OVER = Symmetry(swap=(1, 0), axis="z")
@@ -48,13 +48,13 @@ def test_priors_of_before_are_read_with_that_of_their_generator(scissors, tmp_pa
 
 
 def test_none_is_given_to_other_objects(scissors):
-    assert with_symmetry(replace(scissors, symmetry=None)).symmetry == TURNED_OVER
+    assert with_symmetries(replace(scissors, symmetry=None)).symmetry == TURNED_OVER
     slides = replace(scissors.joints[0], kind="prismatic", axis=(0.0, 0.0, 1.0))
     for other in (
         replace(scissors, symmetry=None, name="tongs"),
         replace(scissors, symmetry=None, joints=(slides,)),
     ):
-        assert with_symmetry(other) is other
+        assert with_symmetries(other) is other
 
 
 @pytest.mark.parametrize(

@@ -7,7 +7,7 @@ joint states 0: closed) every part frame is the root frame. Positive states open
 """
 
 import json
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import BinaryIO, Literal
@@ -73,9 +73,7 @@ class Symmetry:
         Raises:
             ValueError: Parts that a joint connects would trade names with two that none does.
         """
-        ends = [frozenset((j + 1, parent)) for j, parent in enumerate(parents)]
-        traded = [frozenset(self.swap[part] for part in pair) for pair in ends]
-        return tuple(ends.index(pair) for pair in traded)
+        return _joints_traded(self.swap, parents)
 
     def fits(self, joints: Sequence[Joint]) -> bool:
         """Whether the joints of the category move alike under both labellings.
@@ -83,21 +81,87 @@ class Symmetry:
         The turned axes must be the joints' own, or their opposites where parent and child have
         traded places: then the child sees its parent turn the other way round.
         """
-        if sorted(self.swap) != list(range(len(joints) + 1)):
-            return False
-        if any(self.swap[self.swap[part]] != part for part in self.swap):
-            return False
-        try:
-            others = self.joint_swap([joint.parent for joint in joints])
-        except ValueError:
-            return False
-        for joint, j in zip(joints, others, strict=True):
-            other = joints[j]
+
+        def turned(joint: Joint, other: Joint) -> FloatArray:
             sense = 1 if self.swap[joint.parent] == other.parent else -1
-            turned = sense * np.multiply(self.signs, other.axis)
-            if joint.kind != other.kind or np.abs(turned - joint.axis).max() > PARALLEL:
-                return False
-        return True
+            return sense * np.multiply(self.signs, other.axis)
+
+        return _fits(self.swap, joints, turned)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Mirror:
+    """What a photo of an object shows in a mirror: another object of the category.
+
+    The root frame is reflected in its plane x = 0, and parts on the left trade names with those
+    on the right. With M = diag(-1, 1, 1, 1) the mirrored photo shows
+
+        ``cam_T_part'[k] = M @ cam_T_part[swap[k]] @ M``,
+
+    box centres ``M @ box_center[swap[k]]``, box sizes and joint states of the parts and joints
+    that traded names.
+
+    Attributes:
+        swap: P part numbers; the inverse of itself; the root keeps its name.
+    """
+
+    swap: tuple[int, ...]
+
+    def joint_swap(self, parents: Sequence[int]) -> tuple[int, ...]:
+        """J joint numbers: which joint's state joint j has in the mirror.
+
+        Args:
+            parents: The part on which each joint hangs.
+
+        Raises:
+            ValueError: Parts that a joint connects would trade names with two that none does.
+        """
+        return _joints_traded(self.swap, parents)
+
+    def fits(self, joints: Sequence[Joint]) -> bool:
+        """Whether the joints of the category move in the mirror as joints of theirs do."""
+
+        def reflected(joint: Joint, other: Joint) -> FloatArray:
+            sense = 1 if joint.kind == "prismatic" else -1  # turns are seen to go the other way
+            return sense * np.multiply((-1, 1, 1), other.axis)
+
+        return self.swap[0] == 0 and _fits(self.swap, joints, reflected)
+
+
+def _joints_traded(swap: Sequence[int], parents: Sequence[int]) -> tuple[int, ...]:
+    """The joint between the parts with which those of joint j trade names, for every j."""
+    ends = [frozenset((j + 1, parent)) for j, parent in enumerate(parents)]
+    traded = [frozenset(swap[part] for part in pair) for pair in ends]
+    return tuple(ends.index(pair) for pair in traded)
+
+
+def _fits(
+    swap: Sequence[int],
+    joints: Sequence[Joint],
+    carried: Callable[[Joint, Joint], FloatArray],
+) -> bool:
+    """Whether parts trade names in pairs, joined alike, and axes are carried to axes.
+
+    Args:
+        swap: Part numbers.
+        joints: Of the category.
+        carried: Of a joint and the one it has traded with, where the axis of that comes to lie.
+    """
+    if sorted(swap) != list(range(len(joints) + 1)):
+        return False
+    if any(swap[swap[part]] != part for part in swap):
+        return False
+    try:
+        others = _joints_traded(swap, [joint.parent for joint in joints])
+    except ValueError:
+        return False
+    for joint, j in zip(joints, others, strict=True):
+        other = joints[j]
+        if joint.kind != other.kind:
+            return False
+        if np.abs(carried(joint, other) - joint.axis).max() > PARALLEL:
+            return False
+    return True
 
 
 PARALLEL = 0.1
@@ -128,6 +192,7 @@ class Category:
         mesh: The surface of the parts as few triangles, for their outlines. None where it is not
             known.
         symmetry: The labelling that is as good as the given one; None: every other is wrong.
+        mirror: Of objects that are alike on both sides; None: mirrored photos show none of them.
     """
 
     name: str
@@ -143,6 +208,7 @@ class Category:
     shape_basis: FloatArray | None = None
     mesh: Mesh | None = None
     symmetry: Symmetry | None = None
+    mirror: Mirror | None = None
 
     def __post_init__(self) -> None:
         for j, joint in enumerate(self.joints):
@@ -155,6 +221,11 @@ class Category:
             raise ValueError(
                 f"{self.symmetry} does not map the joints of {self.name} to each other; "
                 "trade parts in pairs, joined alike, and turn joint axes into joint axes"
+            )
+        if self.mirror is not None and not self.mirror.fits(self.joints):
+            raise ValueError(
+                f"{self.mirror} does not map the joints of {self.name} to each other; trade left "
+                "parts for right ones, joined alike, whose axes are reflections of each other"
             )
 
     @property
@@ -173,6 +244,7 @@ class Category:
             "frontal_area": self.frontal_area,
             "size_spread": self.size_spread,
             "symmetry": self.symmetry and asdict(self.symmetry),
+            "mirror": self.mirror and asdict(self.mirror),
         }
         names = ("box_center", "box_size", "points", "normals", "areas", "shape_basis")
         arrays = {k: v for k in names if (v := getattr(self, k)) is not None}
@@ -196,7 +268,7 @@ class Category:
                 )
                 for j in meta["joints"]
             )
-            symmetry = meta.get("symmetry")
+            symmetry, mirror = meta.get("symmetry"), meta.get("mirror")
             return cls(
                 name=meta["name"],
                 part_names=tuple(meta["part_names"]),
@@ -213,4 +285,5 @@ class Category:
                 if "mesh_faces" in f
                 else None,
                 symmetry=symmetry and Symmetry(swap=tuple(symmetry["swap"]), axis=symmetry["axis"]),
+                mirror=mirror and Mirror(swap=tuple(mirror["swap"])),
             )

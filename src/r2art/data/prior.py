@@ -10,7 +10,7 @@ from scipy.spatial import ConvexHull, QhullError
 
 from r2art.core.category import Category, Joint
 from r2art.core.mesh import Mesh
-from r2art.data.categories import with_symmetry
+from r2art.data.categories import with_symmetries
 from r2art.data.coarse import coarse_mesh
 from r2art.data.pose import posed_vertices, root_T_part
 from r2art.data.shape import Instance, Surface
@@ -56,7 +56,7 @@ def category_prior(instances: Sequence[Instance], staging: Staging) -> Category:
         shape_basis=shape_basis(centers, np.exp(log_sizes), box_center, box_size),
         mesh=_mesh(instances[typical], box_center, box_size),
     )
-    return with_symmetry(category)
+    return with_symmetries(category)
 
 
 def with_mesh(category: Category, instances: Sequence[Instance]) -> Category:

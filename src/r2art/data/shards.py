@@ -23,7 +23,7 @@ from PIL import Image
 from r2art.core.camera import Camera
 from r2art.core.category import Category
 from r2art.core.errors import InputError, UsageError
-from r2art.data.categories import with_symmetry
+from r2art.data.categories import with_symmetries
 from r2art.data.sample import Sample
 from r2art.data.source import Fault
 
@@ -204,7 +204,7 @@ def read_prior(folder: Path) -> Category:
     path = folder / PRIOR
     try:
         content = io.BytesIO(path.read_bytes())  # NumPy forgets to close bad files
-        return with_symmetry(Category.load(content))
+        return with_symmetries(Category.load(content))
     except FileNotFoundError:
         raise Fault(str(path), "", "is missing") from None
     except KeyError as error:

@@ -19,6 +19,7 @@ from r2art.data.shards import Dataset
 from r2art.learn import augment
 from r2art.learn.chance import Chance
 from r2art.learn.memory import Photos, Picked, joined
+from r2art.learn.mirror import some_mirrored, some_views_mirrored
 from r2art.learn.recipes import Recipe
 
 OTHERS_HELD_OUT = 5
@@ -126,13 +127,18 @@ class Batches:
             chosen = [(p, chance.choice(len(p), self.recipe.crops)) for p in of_one_size]
             crops += augment.crops_of(chosen, size, chance, self.backdrops, augment=varied)
         picked, category = self._picked(step, chance)
+        if varied:
+            crops = [
+                some_mirrored(c, p.category, chance) for c, p in zip(crops, photos, strict=True)
+            ]
         views = [augment.views(p, size, chance, self.backdrops, augment=varied) for p in picked]
         if (n := self.recipe.others) > 0:
             views.append(augment.empty_views(n, size, chance, self._others))
             category += [len(self.photos)] * n
+        shown = some_views_mirrored(joined(views), chance) if varied else joined(views)
         return Batch(
             crops=dict(zip(names, crops, strict=True)),
-            views=joined(views),
+            views=shown,
             category=torch.tensor(category, device=self.device),
         )
 

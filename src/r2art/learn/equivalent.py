@@ -50,7 +50,7 @@ def relabelled(crops: Crops, symmetry: Symmetry, parents: Sequence[int]) -> Crop
         parents: The part on which each joint hangs.
     """
     swap = symmetry.swap
-    pose, center = _taken(crops.cam_T_part, swap), _taken(crops.box_center, swap)
+    pose, center = taken(crops.cam_T_part, swap), taken(crops.box_center, swap)
     origin = center[:, :1]
     R = _turned(pose[..., :3, :3], symmetry)
     t = se3.transform(pose, origin[:, None])[..., 0, :]
@@ -61,9 +61,9 @@ def relabelled(crops: Crops, symmetry: Symmetry, parents: Sequence[int]) -> Crop
         crops,
         part=part,
         cam_T_part=se3.from_rotation_translation(R, t),
-        joint_state=_taken(crops.joint_state, symmetry.joint_swap(parents)),
+        joint_state=taken(crops.joint_state, symmetry.joint_swap(parents)),
         box_center=_turned(center - origin, symmetry),
-        box_size=_taken(crops.box_size, swap),
+        box_size=taken(crops.box_size, swap),
     )
 
 
@@ -83,7 +83,7 @@ def distance(found: Estimate, crops: Crops) -> Float[Tensor, " B"]:
     return torch.as_tensor(direction).mean(-1) + REPROJECTION * reprojection
 
 
-def _taken(labels: Shaped[Tensor, "B N *rest"], order: Sequence[int]) -> Tensor:
+def taken(labels: Shaped[Tensor, "B N *rest"], order: Sequence[int]) -> Tensor:
     """Labels in another order; unlike an index, no list has to reach the device for it."""
     return torch.stack([labels[:, i] for i in order], dim=1) if order else labels
 

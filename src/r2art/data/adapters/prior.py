@@ -10,7 +10,7 @@ from scipy.spatial import KDTree
 from r2art.core.camera import Camera
 from r2art.core.category import Category, Joint
 from r2art.data.adapters.model import Model
-from r2art.data.categories import with_symmetry
+from r2art.data.categories import with_symmetries
 from r2art.data.prior import POINTS_PER_OBJECT
 
 FloatArray = NDArray[np.floating]
@@ -53,7 +53,7 @@ def dataset_category(
         areas=surface,
         frontal_area=float(np.exp(np.mean(np.log(areas)))) if len(areas) else 1.0,
     )
-    return with_symmetry(category)
+    return with_symmetries(category)
 
 
 def frontal_area(camera: Camera, box: FloatArray, depth: float) -> float:

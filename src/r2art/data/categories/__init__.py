@@ -4,7 +4,8 @@ A module (or package) in this folder is a category. It has
 
 - ``generate(rng, photos=()) -> Instance``: an object with real dimensions, closed at rest;
 - ``STAGING``, a `r2art.data.staging.Staging`: how people photograph such objects;
-- ``SYMMETRY``, a `r2art.core.category.Symmetry`, where two labellings of one object look alike.
+- ``SYMMETRY``, a `r2art.core.category.Symmetry`, where two labellings of one object look alike;
+- ``MIRROR``, a `r2art.core.category.Mirror`, where objects are alike on both sides.
 
 Nothing else needs to know of it; docs/new_category.md shows how to add one.
 """
@@ -19,7 +20,7 @@ from types import ModuleType
 
 import numpy as np
 
-from r2art.core.category import Category, Symmetry
+from r2art.core.category import Category, Mirror, Symmetry
 from r2art.core.errors import UsageError
 from r2art.data.shape import Instance
 from r2art.data.staging import Staging
@@ -43,19 +44,26 @@ def symmetry(category: str) -> Symmetry | None:
     return getattr(_module(category), "SYMMETRY", None)
 
 
-def with_symmetry(category: Category) -> Category:
-    """A prior with the symmetry that the generator of its name declares.
+def mirror(category: str) -> Mirror | None:
+    """What objects of a category are in a mirror, if they are of the category there."""
+    return getattr(_module(category), "MIRROR", None)
+
+
+def with_symmetries(category: Category) -> Category:
+    """A prior with the symmetry and the mirror that the generator of its name declares.
 
     Args:
-        category: Unchanged where it has one, no generator makes such objects or declares one, or
-            its parts are joined in another way.
+        category: Keeps those that it has; gets none where no generator makes such objects or
+            declares one, or its parts are joined in another way.
     """
-    if category.symmetry is not None or category.name not in CATEGORIES:
+    if category.name not in CATEGORIES:
         return category
-    declared = symmetry(category.name)
-    if declared is None or not declared.fits(category.joints):
-        return category
-    return replace(category, symmetry=declared)
+    turned, reflected = symmetry(category.name), mirror(category.name)
+    if category.symmetry is None and turned is not None and turned.fits(category.joints):
+        category = replace(category, symmetry=turned)
+    if category.mirror is None and reflected is not None and reflected.fits(category.joints):
+        category = replace(category, mirror=reflected)
+    return category
 
 
 def _module(category: str) -> ModuleType:

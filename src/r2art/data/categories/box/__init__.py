@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 
-from r2art.core.category import Joint
+from r2art.core.category import Joint, Mirror
 from r2art.data.categories.box import cardboard, chests, gifts, metal, plastic, travel, wooden
 from r2art.data.procedural.assembly import assembled
 from r2art.data.procedural.randomness import weighted
@@ -18,6 +18,8 @@ STAGING = Staging(
     elevation=(float(np.radians(32)), float(np.radians(14))),
     joints={"hinge": Spread(closed=0.15, opened=0.1, typical=0.75, beta=(4.0, 2.5))},
 )
+
+MIRROR = Mirror(swap=(0, 1))
 _KINDS = {
     cardboard.shoe_box: 1.5,
     cardboard.mailer: 1.8,

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 
-from r2art.core.category import Joint
+from r2art.core.category import Joint, Mirror
 from r2art.data.categories.dishwasher.body import body
 from r2art.data.categories.dishwasher.door import door
 from r2art.data.categories.dishwasher.style import GAP, DishwasherStyle, sample_style
@@ -21,6 +21,8 @@ STAGING = Staging(
     elevation_limits=(float(np.radians(3)), float(np.radians(55))),
     joints={"hinge": Spread(closed=0.2, opened=0.2)},
 )
+
+MIRROR = Mirror(swap=(0, 1))
 
 
 def generate(rng: np.random.Generator, photos: Sequence[Path] = ()) -> Instance:

@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 
+from r2art.core.category import Mirror
 from r2art.data.categories.drawer.style import CabinetStyle, sample_style
 from r2art.data.categories.drawer.supports import supports
 from r2art.data.categories.drawer.trays import Fittings, front, sample_fittings, slide, tray
@@ -19,6 +20,8 @@ from r2art.data.staging import Staging
 DRAWERS = ("top", "middle", "bottom")
 FloatArray = np.ndarray
 STAGING = Staging()
+
+MIRROR = Mirror(swap=(0, 1, 2, 3))
 
 
 def generate(rng: np.random.Generator, photos: Sequence[Path] = ()) -> Instance:

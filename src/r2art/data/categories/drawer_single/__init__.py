@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 
+from r2art.core.category import Mirror
 from r2art.data.categories.box import contents as loose
 from r2art.data.categories.box import insets
 from r2art.data.categories.drawer import STAGING as STAGING
@@ -20,6 +21,8 @@ from r2art.data.procedural.solids import xyz
 from r2art.data.shape import Instance, Surface
 
 FloatArray = np.ndarray
+
+MIRROR = Mirror(swap=(0, 1))
 
 
 def generate(rng: np.random.Generator, photos: Sequence[Path] = ()) -> Instance:

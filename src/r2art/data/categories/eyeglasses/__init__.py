@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 
-from r2art.core.category import Joint
+from r2art.core.category import Joint, Mirror
 from r2art.data.categories.eyeglasses.front import Front, end_piece
 from r2art.data.categories.eyeglasses.style import GlassesStyle, sample_style
 from r2art.data.categories.eyeglasses.temples import SLEEVE, temples
@@ -40,6 +40,8 @@ STAGING = Staging(
     together=0.85,
     rests=_rests(0.0),
 )
+
+MIRROR = Mirror(swap=(0, 2, 1))
 
 
 def generate(rng: np.random.Generator, photos: Sequence[Path] = ()) -> Instance:

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from r2art.core.category import Joint
+from r2art.core.category import Joint, Mirror
 from r2art.data.categories.laptop.keyboards import DeckStyle, deck
 from r2art.data.categories.laptop.ports import feet, ports
 from r2art.data.categories.laptop.screens import screen_texture
@@ -19,6 +19,8 @@ from r2art.data.shape import Instance, Material, Surface
 from r2art.data.staging import Staging
 
 STAGING = Staging()
+
+MIRROR = Mirror(swap=(0, 1))
 
 
 @dataclass(frozen=True)

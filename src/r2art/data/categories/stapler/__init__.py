@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 
-from r2art.core.category import Joint
+from r2art.core.category import Joint, Mirror
 from r2art.data.categories.stapler.arm import arm
 from r2art.data.categories.stapler.base import base
 from r2art.data.categories.stapler.style import StaplerStyle, sample_style
@@ -23,6 +23,8 @@ STAGING = Staging(
         Rest(weight=1, axis="z", angle=-np.pi / 2),
     ),
 )
+
+MIRROR = Mirror(swap=(0, 1))
 
 
 def generate(rng: np.random.Generator, photos: Sequence[Path] = ()) -> Instance:
