@@ -22,7 +22,8 @@ from r2art.data.scenes.surroundings import Surroundings
 from r2art.data.shards import Dataset, from_row
 from r2art.learn.batches import OTHERS_HELD_OUT
 from r2art.learn.results import write_section
-from r2art.run.predictor import NOTHING_KNOWN, Predictor, load, together, usable_box
+from r2art.run.boxes import usable_box
+from r2art.run.predictor import NOTHING_KNOWN, Predictor, load, together
 
 NOISES = 100
 
@@ -38,8 +39,8 @@ def doubts(predictor: Predictor, pictures: Iterable[ImageLike], what: str) -> ND
         box, _ = usable_box(view.to_photo(seen["found_box"].tolist()), photo)
         size, margin = predictor.model.input_size, predictor.model.crop_margin
         crop = crop_square(photo.pixels, camera, box, size, margin)
-        again, _ = predictor.model.poses(crop, crop.from_photo(box), ())
-        scores = together(seen["category_scores"], again)
+        again = predictor.model.look(crop)
+        scores = together(seen["category_scores"], again["category_scores"])
         found.append(scores[len(predictor.categories) :].sum())
     return np.array(found)
 

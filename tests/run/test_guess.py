@@ -51,11 +51,12 @@ def test_the_camera_is_the_one_through_which_the_pose_fits(true):
     part = a_part(1.2)
     box = box_of(part, right)
 
-    def pose(seen):
-        same = np.isclose(seen.camera.fx, right.fx)
-        return part if same else a_part(1.0 * seen.camera.fx / right.fx)
+    def poses(seen):
+        same = [np.isclose(camera.fx, right.fx) for camera in seen]
+        others = [a_part(1.0 * camera.fx / right.fx) for camera in seen]
+        return [part if s else other for s, other in zip(same, others, strict=True)]
 
-    camera, outputs = best_camera(view, WIDTH, HEIGHT, box, pose)
+    camera, outputs = best_camera(view, WIDTH, HEIGHT, box, poses)
     assert camera == everyone[true]
     assert outputs is part
 
@@ -63,7 +64,9 @@ def test_the_camera_is_the_one_through_which_the_pose_fits(true):
 def test_in_doubt_it_is_the_first(predictor, pixels):
     view = crop_square(pixels, next(cameras(WIDTH, HEIGHT)), BOX, 160, 1.25)
     nowhere = {**a_part(1.0), "cam_T_part": np.eye(4)[None]}
-    camera, _ = best_camera(view, WIDTH, HEIGHT, (0, 0, 160, 160), lambda _: nowhere)
+    camera, _ = best_camera(
+        view, WIDTH, HEIGHT, (0, 0, 160, 160), lambda seen: [nowhere] * len(seen)
+    )
     assert camera == next(cameras(WIDTH, HEIGHT))
 
 
@@ -71,11 +74,10 @@ def test_the_first_camera_is_the_crops_own(pixels):
     first = next(cameras(WIDTH, HEIGHT))
     view = crop_square(pixels, first, BOX, 160, 1.25)
     seen = []
-    best_camera(
-        replace(view, camera=first),
-        WIDTH,
-        HEIGHT,
-        (0, 0, 160, 160),
-        lambda v: seen.append(v.camera) or a_part(1.0),
-    )
+
+    def poses(cameras):
+        seen.extend(cameras)
+        return [a_part(1.0)] * len(cameras)
+
+    best_camera(replace(view, camera=first), WIDTH, HEIGHT, (0, 0, 160, 160), poses)
     np.testing.assert_allclose(seen[0].K, view.camera.K)

@@ -21,7 +21,7 @@ from torch import Tensor, nn
 from r2art.core import prior_text
 from r2art.core.category import Category
 from r2art.core.errors import UsageError
-from r2art.data.categories import CATEGORIES
+from r2art.data.categories import CATEGORIES, with_symmetries
 from r2art.data.objects import Procedural
 from r2art.data.prior import with_mesh
 from r2art.data.shards import write_atomically
@@ -52,10 +52,10 @@ class Graph(nn.Module):
     def forward(
         self,
         image: UInt8[Tensor, "1 S S 3"],
-        K: Float[Tensor, "1 3 3"],
-        box: Float[Tensor, "1 4"],
+        K: Float[Tensor, "V 3 3"],
+        box: Float[Tensor, "V 4"],
     ) -> tuple[Tensor, ...]:
-        """All outputs, in the order of `output_names`."""
+        """All outputs, in the order of `output_names`, of one image through V cameras."""
         x = image.permute(0, 3, 1, 2).float() / 127.5 - 1
         dense, seen = self.network.features(x)
         found_box, category_logits = self.network.find(seen)
@@ -101,9 +101,10 @@ def to_onnx(
     size, names = network.input_size, tuple(c.name for c in categories)
     example = (
         torch.zeros((1, size, size, 3), dtype=torch.uint8),
-        torch.tensor([[[200.0, 0, size / 2], [0, 200.0, size / 2], [0, 0, 1]]]),
-        torch.tensor([[0.2, 0.2, 0.8, 0.8]]) * size,
+        torch.tensor([[200.0, 0, size / 2], [0, 200.0, size / 2], [0, 0, 1]]).expand(2, 3, 3),
+        (torch.tensor([0.2, 0.2, 0.8, 0.8]) * size).expand(2, 4),
     )
+    views = torch.export.Dim("views")
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
         program = torch.onnx.export(
@@ -111,6 +112,7 @@ def to_onnx(
             example,
             input_names=["image", "K", "box"],
             output_names=output_names(network, names),
+            dynamic_shapes=({}, {0: views}, {0: views}),
             opset_version=OPSET,
             dynamo=True,
             optimize=True,
@@ -171,11 +173,12 @@ def store_half(model: onnx.ModelProto, least: int = 4096) -> onnx.ModelProto:
 
 
 def complete(category: Category) -> Category:
-    """A category with its mesh, as far as one can be made.
+    """A category with its mesh and its symmetries, as far as they are known.
 
-    Data sets of before priors had meshes lack them; where the category is one that r2art makes,
+    Data sets of before priors had them lack them; where the category is one that r2art makes,
     its objects can be made again.
     """
+    category = with_symmetries(category)
     if category.mesh is not None or category.name not in CATEGORIES:
         return category
     return with_mesh(category, list(Procedural(category.name).typical()))

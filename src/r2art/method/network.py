@@ -233,7 +233,8 @@ class R2ArtNet(Network):
     ) -> RawEstimate:
         """Stride-16 features of crops to the raw estimate of category ``name``."""
         cues = geometric_cues(box, K, self.priors[name].frontal_area)
-        return self.head(name)(torch.cat([self.pose_summary(seen), cues], dim=1))
+        summary = self.pose_summary(seen).expand(len(cues), -1)
+        return self.head(name)(torch.cat([summary, cues], dim=1))
 
     def head(self, name: str) -> CategoryHeads:
         """The branches of category ``name``."""

@@ -175,7 +175,10 @@ class Network(nn.Module):
     def estimate_raw(
         self, name: str, seen: Any, box: Float[Tensor, "B 4"], K: Float[Tensor, "B 3 3"]
     ) -> RawEstimate:
-        """What is seen in crops, with box and intrinsics, to the numbers of category ``name``."""
+        """What is seen in crops, with box and intrinsics, to the numbers of category ``name``.
+
+        One crop may be seen through several cameras: then there are several boxes and K.
+        """
 
     def object_mask(self, dense: Tensor) -> Float[Tensor, "B h w"] | None:
         """Dense features of crops to the share of each place that shows the object, or nothing."""

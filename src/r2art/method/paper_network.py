@@ -216,9 +216,12 @@ class PaperNet(Network):
         """What is seen in crops to the raw estimate of category ``name``."""
         cues = self.embed_cues(geometric_cues(box, K, self.priors[name].frontal_area))
         pooled = seen.modulated.mean((2, 3))
-        depth = torch.cat([self.depth(seen.image), pooled, cues], dim=1)
+        of_images = self.pose_summary(seen.modulated), self.depth(seen.image), pooled
+        rotation, depth, pooled, joint = (
+            t.expand(len(cues), -1) for t in (*of_images, self.joint(seen.image))
+        )
         heads = cast(PaperHeads, self.heads[name])
-        return heads(self.pose_summary(seen.modulated), depth, self.joint(seen.image))
+        return heads(rotation, torch.cat([depth, pooled, cues], dim=1), joint)
 
     def summarised(self, seen: Seen) -> Tensor:
         """Whole photos as one vector each."""

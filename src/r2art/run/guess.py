@@ -4,7 +4,7 @@ Perspective tells a long lens from a wide one, if faintly. So the pose is estima
 likely cameras, and the one is kept whose part boxes, projected, best fill the object's 2D box.
 """
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -28,7 +28,11 @@ def cameras(width: int, height: int) -> Iterator[Camera]:
 
 
 def best_camera(
-    view: View, width: int, height: int, box: Box, pose: Callable[[View], Outputs]
+    view: View,
+    width: int,
+    height: int,
+    box: Box,
+    poses: Callable[[Sequence[Camera]], Sequence[Outputs]],
 ) -> tuple[Camera, Outputs]:
     """The likeliest camera of a photo, and the pose through it.
 
@@ -37,14 +41,14 @@ def best_camera(
         width: Of the photo (px) ...
         height: ... likewise.
         box: The object's box in pixels of the crop.
-        pose: Estimates the crop's parts.
+        poses: Estimates the crop's parts through each of several cameras of the crop.
     """
+    tried = list(cameras(width, height))
+    seen = [view.through(camera).camera for camera in tried]
     found = []
-    for rank, camera in enumerate(cameras(width, height)):
-        seen = view.through(camera)
-        outputs = pose(seen)
+    for rank, (camera, own, outputs) in enumerate(zip(tried, seen, poses(seen), strict=True)):
         preference = 0.0 if rank else LEAST_GAIN
-        found.append((fit(outputs, seen.camera, box) + preference, -rank, camera, outputs))
+        found.append((fit(outputs, own, box) + preference, -rank, camera, outputs))
     _, _, camera, outputs = max(found, key=lambda item: item[:2])
     return camera, outputs
 

@@ -2,6 +2,7 @@
 
 import json
 import os
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -11,6 +12,7 @@ import onnxruntime as ort
 from numpy.typing import NDArray
 
 from r2art.core import prior_text
+from r2art.core.camera import Camera
 from r2art.core.category import Category, JointKind
 from r2art.core.confidence import Calibration
 from r2art.core.errors import ModelError
@@ -89,6 +91,8 @@ class Model:
     def __init__(self, path: Path) -> None:
         self._session = _open(path)
         self._outputs = {o.name for o in self._session.get_outputs()}
+        of_cameras = [i.shape[0] for i in self._session.get_inputs() if i.name == "K"]
+        self._takes_cameras = of_cameras != [1]  # older files look through one at a time
         try:
             metadata = json.loads(self._session.get_modelmeta().custom_metadata_map["r2art"])
             found = metadata["format"]
@@ -117,13 +121,23 @@ class Model:
 
     def find(self, view: View) -> dict[str, NDArray[np.floating]]:
         """What the letterboxed whole photo shows: ``found_box`` (4,), ``category_scores`` (C,)."""
-        whole = (0.0, 0.0, float(self.input_size), float(self.input_size))
-        return self._run(view, whole, PHOTO_OUTPUTS)
+        return self._first(view, PHOTO_OUTPUTS)
+
+    def look(self, view: View) -> dict[str, NDArray[np.floating]]:
+        """What a crop shows, as if it were a whole photo: ``category_scores`` (C,).
+
+        And ``object_mask`` (h, w), where the model `segments`.
+        """
+        return self._first(view, ("category_scores", *self._mask))
 
     @property
     def segments(self) -> bool:
         """Whether it can tell where the object is seen."""
         return MASK in self._outputs
+
+    @property
+    def _mask(self) -> tuple[str, ...]:
+        return (MASK,) if self.segments else ()
 
     def pose(
         self, view: View, box: Box, category: ModelCategory
@@ -133,31 +147,33 @@ class Model:
         ``object_mask`` (h, w), where the model `segments`: the share of each of h × w places in
         the crop that shows the object.
         """
-        return self.poses(view, box, (category,))[1][category.name]
+        return self.poses(view, box, category, (view.camera,))[0]
 
     def poses(
-        self, view: View, box: Box, categories: tuple[ModelCategory, ...]
-    ) -> tuple[NDArray[np.floating], dict[str, dict[str, NDArray[np.floating]]]]:
-        """What a crop shows, as if it were a whole photo: ``category_scores``; and `pose` for
-        each of some categories, by name, hardly dearer than for one."""
-        mask = (MASK,) if self.segments else ()
-        names = tuple(name for category in categories for name in category.outputs)
-        outputs = self._run(view, box, ("category_scores", *names, *mask))
-        of_all = {name: outputs[name] for name in mask}
-        return outputs["category_scores"], {
-            c.name: {n.removeprefix(f"{c.name}."): outputs[n] for n in c.outputs} | of_all
-            for c in categories
-        }
+        self, view: View, box: Box, category: ModelCategory, cameras: Sequence[Camera]
+    ) -> list[dict[str, NDArray[np.floating]]]:
+        """`pose` through each of several cameras of the crop; hardly dearer than through one."""
+        if len(cameras) > 1 and not self._takes_cameras:
+            return [self.poses(view, box, category, (camera,))[0] for camera in cameras]
+        found = self._run(view, box, cameras, (*category.outputs, *self._mask))
+        mask = {name: found.pop(name)[0] for name in self._mask}
+        own = {name.removeprefix(f"{category.name}."): v for name, v in found.items()}
+        return [{name: v[k] for name, v in own.items()} | mask for k in range(len(cameras))]
 
-    def _run(self, view: View, box: Box, names: tuple[str, ...]) -> dict[str, NDArray[np.floating]]:
+    def _first(self, view: View, names: tuple[str, ...]) -> dict[str, NDArray[np.floating]]:
+        whole = (0.0, 0.0, float(self.input_size), float(self.input_size))
+        return {k: v[0] for k, v in self._run(view, whole, (view.camera,), names).items()}
+
+    def _run(
+        self, view: View, box: Box, cameras: Sequence[Camera], names: tuple[str, ...]
+    ) -> dict[str, NDArray[np.floating]]:
         inputs = {
             "image": view.pixels[None],
-            "K": view.camera.K[None].astype(np.float32),
-            "box": np.asarray([box], np.float32),
+            "K": np.stack([camera.K for camera in cameras]).astype(np.float32),
+            "box": np.tile(np.asarray(box, np.float32), (len(cameras), 1)),
         }
-        outputs = self._session.run(list(names), inputs)
-        found = {n: np.asarray(v)[0] for n, v in zip(names, outputs, strict=True)}
-        return {n: v if n == MASK else _decimal(v) for n, v in found.items()}
+        found = zip(names, map(np.asarray, self._session.run(list(names), inputs)), strict=True)
+        return {n: v if n == MASK else _decimal(v) for n, v in found}
 
 
 def _open(path: Path) -> ort.InferenceSession:

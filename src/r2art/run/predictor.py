@@ -14,11 +14,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from r2art.core.camera import Camera
+from r2art.core.category import Category
 from r2art.core.errors import InputError, UsageError
 from r2art.core.image import Box, ImageLike, Photo, View, crop_square, letterbox, read_image
 from r2art.core.prediction import CameraSource, JointEstimate, PartEstimate, Prediction, Scale
+from r2art.run.boxes import check_box, tightened, usable_box
 from r2art.run.confidence import calibrated
 from r2art.run.guess import best_camera, cameras
+from r2art.run.mirror import between, in_mirror, out_of_mirror
 from r2art.run.model import MASK, Model, ModelCategory
 from r2art.run.refinement.mask_fit import (
     STEPS,
@@ -47,8 +50,6 @@ BLANK_RANGE = 8  # of 255: a photo whose pixels differ by no more shows nothing
 SMALL_BOX = 24  # px
 # A given size or depth that changes all lengths by more than these factors gets a warning.
 ODD_SCALE = (0.4, 2.5)
-# A box must hold at least this share of the photo within it, else it cannot be meant.
-LEAST_INSIDE = 0.1
 
 Outputs = Mapping[str, NDArray[np.floating]]
 
@@ -77,6 +78,7 @@ class Predictor:
     def __init__(self, model: Model, *, calibrated: bool = True) -> None:
         self.model = model
         self._calibrated = calibrated
+        self._priors: dict[str, Category] = {}
         self._ready: dict[str, tuple[Body, ...]] = {}
 
     @property
@@ -139,37 +141,27 @@ class Predictor:
         if box is None and seen_at is not None:
             box = box_of(seen_at)
         box = None if box is None else check_box(box, photo)
-        scores = None
+        score = None
         rejected = BLANK if _is_blank(photo) else None
         if known is None or box is None:
-            view = letterbox(photo.pixels, camera, self.model.input_size)
-            seen = _finite(self.model.find(view))
-            scores = seen["category_scores"]
-            if box is None:
-                box, doubts = usable_box(view.to_photo(seen["found_box"].tolist()), photo)
-                warnings += doubts
+            scores, box, doubts = self._looked_at(photo, camera, box)
+            warnings += doubts
+            rejected = rejected or _nothing_known(scores, self.categories)
+            known, score, doubts = self._recognise(scores, known)
+            warnings += doubts
         view = crop_square(photo.pixels, camera, box, self.model.input_size, self.model.crop_margin)
         box_in_view = view.from_photo(box)
-        score, looked = None, {}
-        if scores is not None:
-            candidates = (known,) if known else self._likeliest(scores)
-            again, looked = self.model.poses(view, box_in_view, candidates)
-            scores = together(scores, again)
-            rejected = rejected or _nothing_known(scores, self.categories)
-            known, score, doubts = self._recognise(scores, known, candidates)
-            warnings += doubts
-        assert known is not None
 
-        def pose(seen: View) -> Outputs:
-            if seen.camera == view.camera and known.name in looked:
-                return _finite(looked[known.name])
-            return _finite(self.model.pose(seen, box_in_view, known))
+        def poses(cameras: Sequence[Camera]) -> list[Outputs]:
+            return [_finite(o) for o in self.model.poses(view, box_in_view, known, cameras)]
 
         if source == "guessed":
-            camera, posed = best_camera(view, photo.width, photo.height, box_in_view, pose)
+            camera, posed = best_camera(view, photo.width, photo.height, box_in_view, poses)
             warnings = (guess_doubt(camera), *warnings)
         else:
-            posed = pose(view)
+            posed = poses((view.camera,))[0]
+        if refine > 0:
+            posed = self._looked_twice(posed, view.through(camera), box_in_view, known)
         prediction = Prediction(
             image_path=None if photo.path is None else _text(photo.path),
             category=known.name,
@@ -192,6 +184,31 @@ class Predictor:
         doubts = _doubts(prediction.parts, box)
         prediction = replace(prediction, warnings=(*prediction.warnings, *doubts))
         return _rescaled(prediction, size, depth)
+
+    def _looked_at(
+        self, photo: Photo, camera: Camera, given: Box | None
+    ) -> tuple[NDArray[np.floating], Box, tuple[str, ...]]:
+        """Category scores and the object's box, by a look at the photo and one at the box."""
+        size, doubts = self.model.input_size, ()
+        view = letterbox(photo.pixels, camera, size)
+        seen = _finite(self.model.find(view))
+        box = given
+        if box is None:
+            box, doubts = usable_box(view.to_photo(seen["found_box"].tolist()), photo)
+        view = crop_square(photo.pixels, camera, box, size, self.model.crop_margin)
+        again = _finite(self.model.look(view))
+        if given is None and MASK in again:
+            box = tightened(box, again[MASK], view, photo)
+        return together(seen["category_scores"], again["category_scores"]), box, doubts
+
+    def _looked_twice(self, posed: Outputs, view: View, box: Box, known: ModelCategory) -> Outputs:
+        """An estimate and another one, in a mirror, as one; where the category has a mirror."""
+        mirror = known.embedded and self._prior(known).mirror
+        if not mirror:
+            return posed
+        seen = _finite(self.model.pose(*in_mirror(view, box), known))
+        other = out_of_mirror(seen, mirror, tuple(joint.parent for joint in known.joints))
+        return between(self._bodies(known)[0], posed, other)
 
     def _refined(
         self,
@@ -216,34 +233,31 @@ class Predictor:
             doubt = "not refined: the mask shows nothing of the object"
             return replace(prediction, warnings=(*prediction.warnings, doubt))
 
+    def _prior(self, category: ModelCategory) -> Category:
+        """The category's mean object, read once."""
+        if category.name not in self._priors:
+            self._priors[category.name] = category.prior()
+        return self._priors[category.name]
+
     def _bodies(self, category: ModelCategory) -> tuple[Body, ...]:
-        """The category's mean object, made ready once."""
+        """The same, made ready once."""
         if category.name not in self._ready:
-            self._ready[category.name] = resolutions(category.prior())
+            self._ready[category.name] = resolutions(self._prior(category))
         return self._ready[category.name]
 
-    def _likeliest(self, scores: NDArray[np.floating]) -> tuple[ModelCategory, ...]:
-        """The two categories that a whole photo most looks like, to be told apart in the crop."""
-        order = np.argsort(scores[: len(self.categories)])[::-1]
-        return tuple(self.model.categories[int(k)] for k in order[:2])
-
     def _recognise(
-        self,
-        scores: NDArray[np.floating],
-        wanted: ModelCategory | None,
-        candidates: tuple[ModelCategory, ...],
+        self, scores: NDArray[np.floating], wanted: ModelCategory | None
     ) -> tuple[ModelCategory, float, tuple[str, ...]]:
         """The category, its score, and what makes it doubtful."""
 
         def score_of(category: ModelCategory) -> float:
             return float(np.clip(scores[self.model.categories.index(category)], 0, 1))
 
+        best = max(self.model.categories, key=score_of)
         if wanted is None:
-            best = max(candidates, key=score_of)
             unsure = score_of(best) < UNSURE_CATEGORY
             doubt = f"unsure that this is a {best.name} (score {score_of(best):.2f})"
             return best, score_of(best), (doubt,) if unsure else ()
-        best = self.model.categories[int(np.argmax(scores[: len(self.categories)]))]
         if best == wanted:
             return wanted, score_of(wanted), ()
         doubt = f"the model takes this for a {best.name}, not a {wanted.name}"
@@ -303,45 +317,6 @@ def guess_doubt(camera: Camera) -> str:
         f"the photo tells no focal length: guessed a field of view of {fov:.0f}° across the longer "
         "side, so distance and size may be off; give the camera (--fov, --camera) if known"
     )
-
-
-def check_box(box: Sequence[float], photo: Photo) -> Box:
-    """A box given by the user, as floats.
-
-    Raises:
-        UsageError: It is not four finite numbers, is empty, or lies outside the photo.
-    """
-    try:
-        x1, y1, x2, y2 = (float(v) for v in box)
-    except (TypeError, ValueError):
-        raise UsageError(f"a box is four numbers x1 y1 x2 y2, got {box!r}") from None
-    shown = f"box {x1:g} {y1:g} {x2:g} {y2:g}"
-    if not np.all(np.isfinite((x1, y1, x2, y2))):
-        raise UsageError(f"{shown} is not finite; give x1 y1 x2 y2 in pixels")
-    if x2 <= x1 or y2 <= y1:
-        raise UsageError(f"{shown} is empty; x1 < x2 and y1 < y2 are needed")
-    if _share_inside((x1, y1, x2, y2), photo) < LEAST_INSIDE:
-        raise UsageError(
-            f"{shown} lies outside the photo of {photo.width}×{photo.height} px "
-            "(at least a tenth of it must lie within); give x1 y1 x2 y2 in pixels"
-        )
-    return x1, y1, x2, y2
-
-
-def usable_box(found: Box, photo: Photo) -> tuple[Box, tuple[str, ...]]:
-    """The box the model found, or with a warning the whole photo where that cannot be one."""
-    x1, y1, x2, y2 = (round(v, 2) for v in found)
-    if x2 - x1 >= 1 and y2 - y1 >= 1 and _share_inside(found, photo) >= LEAST_INSIDE:
-        return (x1, y1, x2, y2), ()
-    whole = (0.0, 0.0, float(photo.width), float(photo.height))
-    return whole, ("no object found: took the whole photo as its box; give the box (--box)",)
-
-
-def _share_inside(box: Box, photo: Photo) -> float:
-    x1, y1, x2, y2 = box
-    width = max(0.0, min(x2, photo.width) - max(x1, 0))
-    height = max(0.0, min(y2, photo.height) - max(y1, 0))
-    return width * height / ((x2 - x1) * (y2 - y1))
 
 
 def check_lengths(size: float | None, depth: float | None) -> None:

@@ -15,7 +15,8 @@ from r2art.core.camera import Camera
 from r2art.core.errors import InputError, UsageError
 from r2art.core.image import Box, Photo, read_image
 from r2art.core.prediction import CameraSource, Prediction
-from r2art.run.predictor import Predictor, check_box, check_lengths, choose_camera, guess_doubt
+from r2art.run.boxes import check_box
+from r2art.run.predictor import Predictor, check_lengths, choose_camera, guess_doubt
 from r2art.run.refinement.body import Body, body_of
 from r2art.run.refinement.mask_fit import STEPS, check_steps
 from r2art.run.refinement.pose import Posed
