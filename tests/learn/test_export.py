@@ -167,8 +167,8 @@ def test_the_metadata_is_what_the_run_tier_reads(model_file, session, photos):
     inputs = {i.name: (i.type, i.shape) for i in session.get_inputs()}
     assert inputs == {
         "image": ("tensor(uint8)", [1, S, S, 3]),
-        "K": ("tensor(float)", [1, 3, 3]),
-        "box": ("tensor(float)", [1, 4]),
+        "K": ("tensor(float)", ["views", 3, 3]),
+        "box": ("tensor(float)", ["views", 4]),
     }
 
 
@@ -242,6 +242,23 @@ def test_the_run_tier_reads_where_the_object_is(run, model_file, photos):
         found = model.pose(view, view.from_photo(box), category)
         assert found["object_mask"].shape == (S // 4, S // 4)
         np.testing.assert_allclose(found["object_mask"], expected, atol=5e-3)
+
+
+def test_a_crop_is_seen_through_several_cameras_as_through_each(model_file, photos):
+    model = load(model_file).model
+    pixels = photos["laptop"].image[0].permute(1, 2, 0).numpy()
+    box = photos["laptop"].box[0].tolist()
+    cameras = [Camera.from_fov(fov, S, S) for fov in (1.0, 0.8, 0.6)]
+    view = crop_square(pixels, cameras[0], box, S, augment.CROP_MARGIN)
+    seen = [view.through(camera).camera for camera in cameras]
+    for category in model.categories:
+        together = model.poses(view, view.from_photo(box), category, seen)
+        for found, camera in zip(together, cameras, strict=True):
+            alone = model.pose(view.through(camera), view.from_photo(box), category)
+            assert found.keys() == alone.keys()
+            for name, value in alone.items():
+                np.testing.assert_allclose(found[name], value, atol=1e-4, err_msg=name)
+        assert together[0]["cam_T_part"][0, 2, 3] != together[1]["cam_T_part"][0, 2, 3]
 
 
 def test_the_predictor_finds_and_names_without_help(model_file, photos):

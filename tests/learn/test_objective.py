@@ -212,6 +212,7 @@ def random_output(prior: Prior, true: Crops, views: Views, spread: float = 1.0) 
         raw=raw,
         part_logits=leaf(n, num_parts + 1, SIDE, SIDE),
         object_logits=leaf(n, 1, SIDE, SIDE),
+        category_logits=leaf(n, 3),
     )
     return TrainingOutput(
         crops={NAME: of_crops},
@@ -219,6 +220,26 @@ def random_output(prior: Prior, true: Crops, views: Views, spread: float = 1.0) 
         category_logits=leaf(len(box), 3),
         object_logits=leaf(len(box), 1, SIDE, SIDE),
     )
+
+
+def test_crops_are_named_as_photos_are(truth):
+    """A crop taken for the wrong category costs as much as a photo."""
+    prior, true = truth
+    views, category = some_views()
+    right = right_output(raw_truth(prior, true), true, views, category)
+    n = len(true.box)
+
+    def loss(said: int) -> float:
+        logits = SURE * torch.eye(3)[said].expand(n, 3)
+        crop = replace(right.crops[NAME], category_logits=logits)
+        output = replace(right, crops={NAME: crop})
+        priors = {"another": prior, NAME: prior}
+        _, terms, _ = objective(priors, output, {NAME: true}, views, category, Weights(), None)
+        return float(terms["category"])
+
+    assert loss(1) < 1e-6
+    assert loss(0) == pytest.approx(SURE * n / (n + len(category)), rel=1e-3)
+    assert loss(2) == pytest.approx(loss(0))
 
 
 @pytest.mark.parametrize("pixels", [None, PIXELS])
@@ -342,11 +363,15 @@ def test_the_mask_that_says_the_true_share_costs_least(truth):
 
 @pytest.mark.parametrize("pixels", [None, PIXELS])
 def test_losses_of_mixed_crops_are_means_over_the_categories(photos, pixels):
-    """However many parts each has; those of whole photos count once."""
+    """However many parts each has; those of whole photos, and of crops as photos, count once."""
     views, category = some_views()
     made = {name: exactly(some) for name, some in photos.items()}
     rest = (views, category, Weights(), pixels)
     outputs = {n: random_output(prior, true, views, 0.3) for n, (prior, true) in made.items()}
+    outputs = {
+        n: replace(o, crops={NAME: replace(o.crops[NAME], category_logits=None)})
+        for n, o in outputs.items()
+    }
     photo = outputs["laptop"]
     alone = {}
     for name, (prior, true) in made.items():

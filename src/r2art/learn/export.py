@@ -6,11 +6,13 @@ run tier repeats no mathematics. Large weights are stored as float16 and widened
 
 import json
 import warnings
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+import jaxtyping
 import numpy as np
 import onnx
 import torch
@@ -105,7 +107,7 @@ def to_onnx(
         (torch.tensor([0.2, 0.2, 0.8, 0.8]) * size).expand(2, 4),
     )
     views = torch.export.Dim("views")
-    with warnings.catch_warnings():
+    with warnings.catch_warnings(), _unchecked_shapes():
         warnings.simplefilter("ignore")
         program = torch.onnx.export(
             Graph(network, names).eval(),
@@ -124,6 +126,17 @@ def to_onnx(
     meta = model.metadata_props.add()
     meta.key, meta.value = "r2art", json.dumps(metadata(network, facts, categories))
     return model
+
+
+@contextmanager
+def _unchecked_shapes() -> Iterator[None]:
+    """No checks of annotated shapes: they would fix the number of cameras to the example's."""
+    before = jaxtyping.config.jaxtyping_disable
+    jaxtyping.config.update("jaxtyping_disable", True)
+    try:
+        yield
+    finally:
+        jaxtyping.config.update("jaxtyping_disable", before)
 
 
 def metadata(

@@ -1,6 +1,6 @@
 """What training minimises: base losses, the cascade after a warm-up, and auxiliary tasks."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import torch
@@ -182,8 +182,19 @@ def renderings(
     return predicted, truth
 
 
-def photo_losses(output: TrainingOutput, views: Views, category: Tensor) -> dict[str, Tensor]:
-    """Finding the object in whole photos and naming its category, or that there is none."""
+def photo_losses(
+    output: TrainingOutput, views: Views, category: Tensor, names: Sequence[str]
+) -> dict[str, Tensor]:
+    """Finding the object in whole photos and naming its category, or that there is none.
+
+    Crops are named as well, for a second look at a photo is one at a crop.
+
+    Args:
+        output: Of the network.
+        views: The whole photos.
+        category: What they show: one of ``names`` by its number, or last, none.
+        names: All that the network knows.
+    """
     size = views.image.shape[-1]
     known = category < output.category_logits.shape[1] - NOTHING_KNOWN
     found = output.found_box
@@ -192,11 +203,23 @@ def photo_losses(output: TrainingOutput, views: Views, category: Tensor) -> dict
     error = 4 * error + 0.5 * cascade.box_overlap_loss(found, true)
     terms = {
         "found_box": torch.where(known, error, 0.0).sum() / known.sum().clamp_min(1),
-        "category": F.cross_entropy(output.category_logits, category),
+        "category": F.cross_entropy(*_named(output, category, names)),
     }
     if output.object_logits is not None:
         terms["photo_mask"] = mask_loss(output.object_logits, views.seen)
     return terms
+
+
+def _named(
+    output: TrainingOutput, category: Tensor, names: Sequence[str]
+) -> tuple[Float[Tensor, "M answers"], Int[Tensor, " M"]]:
+    """Logits of photos and crops, and what these show."""
+    logits, true = [output.category_logits], [category]
+    for name, crop in output.crops.items():
+        if crop.category_logits is not None:
+            logits.append(crop.category_logits)
+            true.append(category.new_full((crop.category_logits.shape[0],), names.index(name)))
+    return torch.cat(logits), torch.cat(true)
 
 
 def crop_losses(
@@ -242,7 +265,7 @@ def objective(
     }
     per_category = [terms for terms, _ in found.values()]
     terms = {k: torch.stack([t[k] for t in per_category if k in t]).mean() for k in per_category[0]}
-    terms |= photo_losses(output, views, category)
+    terms |= photo_losses(output, views, category, tuple(priors))
     weighted = {k: w * v for k, v in terms.items() if (w := getattr(weights, k, 0.0))}
     stages = {name: stage for name, (_, stage) in found.items() if stage is not None}
     return torch.stack(list(weighted.values())).sum(), terms, stages

@@ -198,21 +198,21 @@ class R2ArtNet(Network):
             p4, p16 = self.neck(self.maps(offline))
         n, each = len(crop), len(crop) // len(names)
         logits = self.object_logits(p4)
-        found_box, category_logits = self.find(p16[n:])
-        of_crops = zip(
-            names, *(t.split(each) for t in (p4[:n], p16[:n], box, K, logits[:n])), strict=True
-        )
+        found_box, category_logits = self.find(p16)
+        of_each = (p4[:n], p16[:n], box, K, logits[:n], category_logits[:n])
+        of_crops = zip(names, *(t.split(each) for t in of_each), strict=True)
         return TrainingOutput(
             crops={
                 name: CropOutput(
                     raw=self.estimate_raw(name, seen, box, K),
                     part_logits=self.head(name).part_mask(dense),
                     object_logits=mask,
+                    category_logits=category,
                 )
-                for name, dense, seen, box, K, mask in of_crops
+                for name, dense, seen, box, K, mask, category in of_crops
             },
-            found_box=found_box,
-            category_logits=category_logits,
+            found_box=found_box[n:],
+            category_logits=category_logits[n:],
             object_logits=logits[n:],
         )
 
@@ -233,7 +233,7 @@ class R2ArtNet(Network):
     ) -> RawEstimate:
         """Stride-16 features of crops to the raw estimate of category ``name``."""
         cues = geometric_cues(box, K, self.priors[name].frontal_area)
-        summary = self.pose_summary(seen).expand(len(cues), -1)
+        summary = self.pose_summary(seen).expand(cues.shape[0], -1)
         return self.head(name)(torch.cat([summary, cues], dim=1))
 
     def head(self, name: str) -> CategoryHeads:

@@ -109,11 +109,14 @@ class CropOutput:
         raw: The raw estimate of every crop.
         part_logits: Part segmentation at stride 4; class 0 is no part, k + 1 part k.
         object_logits: Where the object is seen, at stride 4.
+        category_logits: What the crops show, taken for whole photos, which they are at a second
+            look.
     """
 
     raw: RawEstimate
     part_logits: Float[Tensor, "B classes h w"] | None
     object_logits: Float[Tensor, "B 1 h w"] | None
+    category_logits: Float[Tensor, "B answers"] | None = None
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -218,7 +218,7 @@ class PaperNet(Network):
         pooled = seen.modulated.mean((2, 3))
         of_images = self.pose_summary(seen.modulated), self.depth(seen.image), pooled
         rotation, depth, pooled, joint = (
-            t.expand(len(cues), -1) for t in (*of_images, self.joint(seen.image))
+            t.expand(cues.shape[0], -1) for t in (*of_images, self.joint(seen.image))
         )
         heads = cast(PaperHeads, self.heads[name])
         return heads(rotation, torch.cat([depth, pooled, cues], dim=1), joint)
