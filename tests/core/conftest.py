@@ -51,6 +51,7 @@ def laptop():
                 limits=(0.0, 2.3),
                 axis=-cam_T_base[:3, 0],
                 pivot=cam_T_base[:3, :3] @ pivot + cam_T_base[:3, 3],
+                confidence=0.625,
             ),
         ),
         warnings=("a [ 1 ] warning: ünïcode\nand a new line",),

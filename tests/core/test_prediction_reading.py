@@ -95,7 +95,11 @@ def test_junk_in_any_field_is_refused_where_the_schema_refuses_it(complete, sche
 
 def test_a_missing_field_is_named(complete):
     for path in fields(complete):
-        if isinstance(path[-1], str) and path not in NEWER:
+        if (
+            isinstance(path[-1], str)
+            and path not in NEWER
+            and path[0::2] != ("joints", "confidence")
+        ):
             with pytest.raises(InputError, match=re.escape(f"`{place(path)}` is missing")):
                 Prediction.from_dict(without(complete, path))
 

@@ -12,7 +12,18 @@ from r2art.core.confidence import Calibration, Weights, log_misfit, log_odds
 from r2art.core.errors import InputError
 from r2art.core.prediction import Refinement
 from r2art.data.source import Fault
-from r2art.learn.calibrate import Parts, calibrate, cross_validated, fit, judge, with_calibration
+from r2art.learn.calibrate import (
+    Calibrated,
+    Found,
+    Judged,
+    Parts,
+    Worth,
+    calibrate,
+    cross_validated,
+    fit,
+    judge,
+    with_calibration,
+)
 from r2art.learn.evaluation.evaluate import evaluate
 from r2art.learn.evaluation.scores import truth
 from r2art.learn.evaluation.statistics import auroc, calibration_error
@@ -120,8 +131,11 @@ def unsteady(test):
             fit = Refinement(steps=3, start_residual=0.1, residual=0.03, converged=True)
             return replace(said, refinement=fit)
         pose = said.parts[1].cam_T_part.copy()
-        pose[:3, 3] += 0.2 * (round(1e6 * pose[0, 0]) % 3 == 0)
-        return replace(said, parts=(said.parts[0], replace(said.parts[1], cam_T_part=pose)))
+        wrong = round(1e6 * pose[0, 0]) % 3 == 0
+        pose[:3, 3] += 0.2 * wrong
+        lid = replace(said.parts[1], cam_T_part=pose)
+        hinge = replace(said.joints[0], state=said.joints[0].state + 0.5 * wrong)
+        return replace(said, parts=(said.parts[0], lid), joints=(hinge,))
 
     return predict
 
@@ -130,21 +144,27 @@ def test_right_is_what_the_evaluation_calls_right(test):
     predict = unsteady(test)
     (found,), broken = calibrate([test], predict)
     assert broken == []
-    for refined, judged in ((True, found.refined), (False, found.plain)):
-        report = evaluate(test, lambda s, given_box, r=refined: predict(s, "laptop", r))
-        right = report.given.scores.right
-        assert judged.right == right.mean()
-        assert judged.before.error == pytest.approx(1 - right.mean())  # it says 1 of each
-        assert judged.photos == len(test.source)
-    assert found.refined.right == 1 > found.plain.right > 0.5
+    for refined in (True, False):
+        scores = evaluate(
+            test, lambda s, given_box, r=refined: predict(s, "laptop", r)
+        ).given.scores
+        for kind, right in ((found.parts, scores.right), (found.joints, scores.state_right)):
+            judged = kind.refined if refined else kind.plain
+            assert judged.right == right.mean()
+            assert judged.before.error == pytest.approx(1 - right.mean())  # it says 1 of each
+            assert judged.photos == len(test.source)
+    for kind in (found.parts, found.joints):
+        assert kind.refined.right == 1 > kind.plain.right > 0.5
     assert found.category == "laptop"
 
 
 def test_datasets_of_one_category_are_taken_together(test):
     (alone,), _ = calibrate([test], unsteady(test))
     (twice,), _ = calibrate([test, test], unsteady(test))
-    assert twice.plain.photos == 2 * alone.plain.photos
-    assert twice.plain.right == alone.plain.right
+    for kind in ("parts", "joints"):
+        one, both = getattr(alone, kind), getattr(twice, kind)
+        assert both.plain.photos == 2 * one.plain.photos
+        assert both.plain.right == one.plain.right
 
 
 def test_what_cannot_be_read_or_predicted_is_told_and_left_out(test):
@@ -169,7 +189,8 @@ def test_what_cannot_be_read_or_predicted_is_told_and_left_out(test):
 
     damaged = replace(test, source=Damaged())
     (found,), broken = calibrate([damaged], predict)
-    assert found.refined.photos == found.plain.photos == 4
+    for kind in (found.parts, found.joints):
+        assert kind.refined.photos == kind.plain.photos == 4
     assert broken == [f"{test.name}, photo 1: no finite answer", "photo 2: image: no pixels"]
 
     def never(sample, category, refined):
@@ -181,13 +202,22 @@ def test_what_cannot_be_read_or_predicted_is_told_and_left_out(test):
 
 def test_a_model_that_sees_no_masks_has_only_plain_estimates(test):
     (found,), _ = calibrate([test], lambda s, c, refined: unsteady(test)(s, c, False))
-    assert found.refined is None
-    assert found.calibration.refined == Weights()
-    assert found.calibration.plain != Weights()
+    for kind in (found.parts, found.joints):
+        assert kind.refined is None
+        assert kind.calibration.refined == Weights()
+        assert kind.calibration.plain != Weights()
 
 
 FOUND = Calibration(
     refined=Weights(bias=-1.5, slope=0.25, misfit=-0.75), plain=Weights(bias=0.5, slope=0.5)
+)
+OF_JOINTS = Calibration(refined=Weights(bias=0.5, misfit=-0.25), plain=Weights(slope=0.75))
+WORTH = Worth(error=0.1, auroc=0.9)
+JUDGED = Judged(photos=3, right=0.5, before=WORTH, after=WORTH)
+RESULT = Calibrated(
+    category="laptop",
+    parts=Found(calibration=FOUND, refined=JUDGED, plain=JUDGED),
+    joints=Found(calibration=OF_JOINTS, refined=JUDGED, plain=JUDGED),
 )
 
 
@@ -198,15 +228,16 @@ def about(path):
 
 def test_only_the_metadata_change(model_file, tmp_path):
     before = onnx.load(model_file)
-    after = with_calibration(before, {"laptop": FOUND})
+    after = with_calibration(before, [RESULT])
     assert after.graph.SerializeToString() == before.graph.SerializeToString()
     (tmp_path / "calibrated.onnx").write_bytes(after.SerializeToString())
     old, new = about(model_file), about(tmp_path / "calibrated.onnx")
     drawer, laptop = new["categories"]
     assert "calibration" not in drawer
     assert Calibration.from_dict(laptop.pop("calibration")) == FOUND
+    assert Calibration.from_dict(laptop.pop("joint_calibration")) == OF_JOINTS
     assert new == old
-    again = with_calibration(after, {})
+    again = with_calibration(after, [])
     assert again.metadata_props == before.metadata_props
 
 
@@ -214,11 +245,12 @@ def test_a_run_has_no_calibration_and_a_model_file_written_anew_keeps_its(model_
     assert all("calibration" not in c for c in about(model_file)["categories"])
     assert all(c.calibration is None for c in load(model_file).model.categories)
     old, new = tmp_path / "old.onnx", tmp_path / "new.onnx"
-    old.write_bytes(with_calibration(onnx.load(model_file), {"laptop": FOUND}).SerializeToString())
+    old.write_bytes(with_calibration(onnx.load(model_file), [RESULT]).SerializeToString())
     export(old, new)
     for path in (old, new):
         drawer, laptop = load(path).model.categories
         assert (drawer.calibration, laptop.calibration) == (None, FOUND)
+        assert (drawer.joint_calibration, laptop.joint_calibration) == (None, OF_JOINTS)
 
 
 def test_from_photos_to_a_model_that_says_probabilities(model_file, datasets, tmp_path, capsys):
@@ -232,7 +264,9 @@ def test_from_photos_to_a_model_that_says_probabilities(model_file, datasets, tm
     known = Model(out)
     drawer, laptop = known.categories
     assert drawer.calibration is None
-    assert laptop.calibration == Calibration.from_dict(told["laptop"]["calibration"])
+    kinds = (laptop.calibration, laptop.joint_calibration)
+    for found, kind in zip(kinds, ("parts", "joints"), strict=True):
+        assert found == Calibration.from_dict(told["laptop"][kind]["calibration"])
 
     source = open_testsets(datasets["laptop"])[0].source
     raw, calibrated = Predictor(known, calibrated=False), Predictor(known)
@@ -243,21 +277,28 @@ def test_from_photos_to_a_model_that_says_probabilities(model_file, datasets, tm
             said = calibrated.predict(*asked, refine=refine)
             before = raw.predict(*asked, refine=refine)
             assert load(model_file).predict(*asked, refine=refine).to_dict() == before.to_dict()
-            fit, found = said.refinement, laptop.calibration
-            weights, residual = (found.refined, fit.residual) if fit else (found.plain, None)
-            for part, untouched in zip(said.parts, before.parts, strict=True):
-                expected = weights.probability(untouched.confidence, residual)
-                assert part.confidence == expected
-                np.testing.assert_array_equal(part.cam_T_part, untouched.cam_T_part)
+            fit = said.refinement
 
-    judged = told["laptop"]["plain"]
+            def probability(found, confidence, fit=fit):
+                weights, residual = (found.refined, fit.residual) if fit else (found.plain, None)
+                return weights.probability(confidence, residual)
+
+            for part, untouched in zip(said.parts, before.parts, strict=True):
+                assert part.confidence == probability(laptop.calibration, untouched.confidence)
+                np.testing.assert_array_equal(part.cam_T_part, untouched.cam_T_part)
+            lid = before.parts[1].confidence
+            assert said.joints[0].confidence == probability(laptop.joint_calibration, lid)
+            assert before.joints[0].confidence is None
+
+    judged = told["laptop"]["parts"]["plain"]
     assert judged["photos"] == len(source)
     assert judged["after"]["error"] < judged["before"]["error"]
     assert r2art("calibrate", out, *data, "--out", again) == 0
     assert again.read_bytes() == out.read_bytes()
-    rows = [line.split() for line in capsys.readouterr().out.splitlines() if "laptop" in line]
+    printed = capsys.readouterr().out.splitlines()
+    rows = [line.split() for line in printed if "laptop" in line and "parts" in line]
     errors = [f"{judged[when]['error']:.3f}" for when in ("before", "after")]
-    assert rows[-1][4:7] == [errors[0], "→", errors[1]]
+    assert rows[-1][5:8] == [errors[0], "→", errors[1]]
 
 
 @pytest.mark.parametrize(

@@ -20,6 +20,7 @@ from r2art.run.predictor import SHIPPED_MODEL, Predictor
 FOUND = Calibration(
     refined=Weights(bias=-1.5, slope=0.25, misfit=-0.75), plain=Weights(bias=0.5, slope=0.5)
 )
+OF_JOINTS = Calibration(refined=Weights(bias=0.5, misfit=-0.25), plain=Weights(slope=0.75))
 BOX = (60, 40, 240, 210)
 CAMERA = Camera(300, 300, 160, 120, 320, 240)
 
@@ -37,6 +38,7 @@ def with_category(monkeypatch, **changes):
         about = read(text)
         for described in about["categories"]:
             described.pop("calibration", None)
+            described.pop("joint_calibration", None)
             if described["name"] == "laptop":
                 described.update(changes)
         return about
@@ -55,28 +57,37 @@ def test_each_kind_of_estimate_has_its_weights(raw, pixels, refined, own_mask):
     said = raw.predict(pixels, CAMERA, "laptop", BOX, refine=0)
     fit = Refinement(steps=3, start_residual=0.2, residual=0.07, converged=True)
     said = replace(said, refinement=fit if refined else None)
-    found = calibrated(said, FOUND, own_mask=own_mask)
+    known = replace(raw.category("laptop"), calibration=FOUND, joint_calibration=OF_JOINTS)
+    found = calibrated(said, known, own_mask=own_mask)
+
+    def probability(weighed, confidence):
+        if refined and own_mask:
+            return weighed.refined.probability(confidence, 0.07)
+        return weighed.plain.probability(confidence)
+
     for part, before in zip(found.parts, said.parts, strict=True):
-        expected = (
-            FOUND.refined.probability(before.confidence, 0.07)
-            if refined and own_mask
-            else FOUND.plain.probability(before.confidence)
-        )
-        assert part.confidence == expected
+        assert part.confidence == probability(FOUND, before.confidence)
         np.testing.assert_array_equal(part.cam_T_part, before.cam_T_part)
-    assert calibrated(said, None, own_mask=own_mask) is said
+    assert found.joints[0].confidence == probability(OF_JOINTS, said.parts[1].confidence)
+    without = replace(known, calibration=None, joint_calibration=None)
+    assert calibrated(said, without, own_mask=own_mask).to_dict() == said.to_dict()
+    assert said.joints[0].confidence is None
 
 
 def test_the_predictor_uses_what_the_file_holds(raw, pixels, monkeypatch):
-    predictor = with_category(monkeypatch, calibration=FOUND.to_dict())
+    predictor = with_category(
+        monkeypatch, calibration=FOUND.to_dict(), joint_calibration=OF_JOINTS.to_dict()
+    )
     asked = (pixels, CAMERA, "laptop", BOX)
     white = np.zeros(pixels.shape[:2], np.uint8)
     white[60:200, 70:220] = 255
     for options in ({}, {"refine": 0}, {"mask": white}):
         before = raw.predict(*asked, **options)
         said = predictor.predict(*asked, **options)
-        own = calibrated(before, FOUND, own_mask="mask" not in options)
+        known = predictor.category("laptop")
+        own = calibrated(before, known, own_mask="mask" not in options)
         assert confidences(said) == confidences(own)
+        assert said.joints[0].confidence == own.joints[0].confidence
         assert confidences(said) != confidences(before)
         assert all(0 <= c <= 1 for c in confidences(said))
     unknown = predictor.predict(pixels, CAMERA, "drawer", BOX)
@@ -112,5 +123,6 @@ def test_an_older_file_says_what_the_network_says(raw, pixels, monkeypatch):
     ],
 )
 def test_a_damaged_calibration_is_told(monkeypatch, damage):
-    with pytest.raises(ModelError, match=r"metadata of .* is damaged"):
-        with_category(monkeypatch, calibration=damage)
+    for what in ("calibration", "joint_calibration"):
+        with pytest.raises(ModelError, match=r"metadata of .* is damaged"):
+            with_category(monkeypatch, **{what: damage})

@@ -15,7 +15,7 @@ from r2art.core.errors import UsageError
 if TYPE_CHECKING:
     from r2art.core.prediction import Prediction
     from r2art.data.sample import Sample
-    from r2art.learn.calibrate import Calibrated
+    from r2art.learn.calibrate import Calibrated, Found
     from r2art.learn.evaluation.tables import Table
 
 
@@ -27,14 +27,14 @@ def calibrate(
     out: Annotated[Path, arg(metavar="OUT.onnx")],
     json: Annotated[bool, arg(help_behavior_hint="")] = False,
 ) -> int:
-    """Make a model's confidence the probability that a part is right.
+    """Make a model's confidence the probability that a part, or a joint's state, is right.
 
     What a network says is no probability: it was taught on photos that it has learned by heart,
     and knows nothing of the refinement that follows. So ask it about new photos, count how
     often it is right, and let the model file remember that: per category a few weights, of what
     the network says and of how well the refined outline fits. Poses stay as they are,
     to the bit; only `confidence` changes. *Right* is a part whose ADD, scale aligned,
-    is within 10 % of its diameter.
+    is within 10 % of its diameter, and a joint's state within 10 % of its limits' range.
 
     The photos must be held out: never those of training, for of these it is sure and right; nor
     those of the final test, for its figures would then be too good. That is what the val split
@@ -79,10 +79,10 @@ def calibrate(
 
     with progress(sum(count(test, None) for test in tests)) as advance:
         results, broken = run(tests, predict, advance)
-    found = {result.category: result.calibration for result in results}
-    write_atomically(out, with_calibration(read_model(model), found).SerializeToString())
+    write_atomically(out, with_calibration(read_model(model), results).SerializeToString())
     for problem in broken:
         say("error", problem)
+    found = {result.category for result in results}
     if without := [name for name in predictor.categories if name not in found]:
         names = ", ".join(without)
         say("warning", f"no data of {names}: what the network says stays as it is there")
@@ -97,9 +97,8 @@ def _print(results: Sequence["Calibrated"], *, as_json: bool) -> None:
     if as_json:
         told = {
             result.category: {
-                "calibration": result.calibration.to_dict(),
-                "refined": None if result.refined is None else _told(asdict(result.refined)),
-                "plain": _told(asdict(result.plain)),
+                "parts": _found(result.parts),
+                "joints": None if result.joints is None else _found(result.joints),
             }
             for result in results
         }
@@ -109,6 +108,14 @@ def _print(results: Sequence["Calibrated"], *, as_json: bool) -> None:
     if not console.is_terminal:
         console.width = 200  # a file or a pipe need not wrap
     console.print(_table(results).rich())
+
+
+def _found(found: "Found") -> dict[str, Any]:
+    return {
+        "calibration": found.calibration.to_dict(),
+        "refined": None if found.refined is None else _told(asdict(found.refined)),
+        "plain": _told(asdict(found.plain)),
+    }
 
 
 def _told(value: Any) -> Any:
@@ -122,23 +129,25 @@ def _table(results: Sequence["Calibrated"]) -> "Table":
     from r2art.learn.evaluation.tables import Table
 
     judged = [
-        (result.category, how, found)
+        (result.category, what, how, judged)
         for result in results
-        for how, found in (("yes", result.refined), ("no", result.plain))
+        for what, found in (("parts", result.parts), ("joints", result.joints))
         if found is not None
+        for how, judged in (("yes", found.refined), ("no", found.plain))
+        if judged is not None
     ]
     return Table(
         title="Confidence before → after calibration (after: cross-validated)",
-        columns=("category", "refined", "photos", "right", "calibration error", "AUROC"),
+        columns=("category", "of", "refined", "photos", "right", "calibration error", "AUROC"),
         rows=tuple(
             (
-                *(category, how, str(found.photos), f"{found.right:.0%}"),
+                *(category, what, how, str(found.photos), f"{found.right:.0%}"),
                 f"{_figure(found.before.error)} → {_figure(found.after.error)}",
                 f"{_figure(found.before.auroc)} → {_figure(found.after.auroc)}",
             )
-            for category, how, found in judged
+            for category, what, how, found in judged
         ),
-        words=2,
+        words=3,
     )
 
 

@@ -74,7 +74,7 @@ class Weights:
 
 @dataclass(frozen=True, kw_only=True)
 class Calibration:
-    """The weights of one category.
+    """The weights of one category, of its parts or of its joints.
 
     Attributes:
         refined: For estimates refined to where the network itself sees the object.

@@ -75,6 +75,8 @@ class JointEstimate:
         limits: The states the category knows, (closed, widest open).
         axis: (3,) unit direction in the camera frame, now.
         pivot: (3,) a point of the axis in the camera frame (m), now.
+        confidence: Probability that the state is right, within a tenth of the limits' range (scale
+            aligned), calibrated as those of parts are; None: of models that cannot tell.
     """
 
     name: str
@@ -85,6 +87,7 @@ class JointEstimate:
     limits: tuple[float, float]
     axis: FloatArray
     pivot: FloatArray
+    confidence: float | None = None
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -225,6 +228,7 @@ class Prediction:
                     "limits": [float(v) for v in j.limits],
                     "axis": np.asarray(j.axis).tolist(),
                     "pivot": np.asarray(j.pivot).tolist(),
+                    "confidence": None if j.confidence is None else float(j.confidence),
                 }
                 for j in self.joints
             ],

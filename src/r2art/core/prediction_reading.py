@@ -234,6 +234,7 @@ def _joint(joint: Value, parts: list[str], number: int) -> JointEstimate:
         limits=(low, high),
         axis=joint["axis"].unit(),
         pivot=joint["pivot"].vector(),
+        confidence=joint["confidence"].number_or_null(0, 1) if joint.has("confidence") else None,
     )
 
 

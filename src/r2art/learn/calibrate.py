@@ -1,11 +1,11 @@
-"""A model's confidence made a probability: logistic regressions on held-out photos.
+"""A model's confidence made a probability, of its parts and its joints' states.
 
 `r2art.core.confidence` says what is weighed. The weights of a category are those of least
 cross-entropy, pulled towards the identity, so that a few photos, or photos of which all parts are
 right, or none, still give weights that can be meant.
 """
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -46,12 +46,12 @@ class Predict(Protocol):
 
 @dataclass(frozen=True, kw_only=True)
 class Parts:
-    """M predicted parts, those of one photo together.
+    """M predicted parts, those of one photo together; or joints, by the parts that they move.
 
     Attributes:
         photo: (M,) number of the photo.
         confidence: (M,) what the network says.
-        right: (M,) which are right, see `r2art.learn.evaluation.scores.Scores.right`.
+        right: (M,) which are right, see `r2art.learn.evaluation.scores.Scores`.
         residual: (M,) of the photo's refinement; None: they were not refined.
     """
 
@@ -113,20 +113,42 @@ class Judged:
 
 
 @dataclass(frozen=True, kw_only=True)
+class Found:
+    """The weights for parts or joints, and what they bring.
+
+    Attributes:
+        calibration: The weights.
+        refined: Of estimates refined as `r2art predict` does; None where none could be.
+        plain: Of estimates that are the network's alone.
+    """
+
+    calibration: Calibration
+    refined: Judged | None
+    plain: Judged
+
+    @classmethod
+    def of(cls, refined: Parts, plain: Parts) -> "Found":
+        """Fit and judge."""
+        return cls(
+            calibration=Calibration(refined=fit(refined), plain=fit(plain)),
+            refined=judge(refined) if refined.photo.size else None,
+            plain=judge(plain),
+        )
+
+
+@dataclass(frozen=True, kw_only=True)
 class Calibrated:
     """The outcome for one category.
 
     Attributes:
         category: Its name.
-        calibration: What was found.
-        refined: Of estimates refined as `r2art predict` does; None where none could be.
-        plain: Of estimates that are the network's alone.
+        parts: What was found of its parts ...
+        joints: ... and of its joints' states; None where it has no joints.
     """
 
     category: str
-    calibration: Calibration
-    refined: Judged | None
-    plain: Judged
+    parts: Found
+    joints: Found | None
 
 
 def calibrate(
@@ -151,29 +173,37 @@ def calibrate(
         of_this = [test for test in tests if test.source.category.name == name]
         refined, plain, faults = _predicted(of_this, predict, advance)
         broken += faults
+        parts, joints = (
+            [_together(kind, refined=how) for kind, how in ((a, True), (b, False))]
+            for a, b in zip(zip(*refined, strict=True), zip(*plain, strict=True), strict=True)
+        )
+        has_joints = joints[1].photo.size > 0
         results.append(
             Calibrated(
                 category=name,
-                calibration=Calibration(refined=fit(refined), plain=fit(plain)),
-                refined=judge(refined) if refined.photo.size else None,
-                plain=judge(plain),
+                parts=Found.of(*parts),
+                joints=Found.of(*joints) if has_joints else None,
             )
         )
     return results, broken
 
 
+Both = tuple[Parts, Parts]
+"""The parts and the joints of one photo."""
+
+
 def _predicted(
     tests: Sequence[TestSet], predict: Predict, advance: Callable[[], None]
-) -> tuple[Parts, Parts, list[str]]:
-    """Parts refined and plain, and the faults of samples."""
+) -> tuple[list[Both], list[Both], list[str]]:
+    """Every photo refined, where it could be, and plain; and the faults of samples."""
     refined, plain = [], []
     broken: list[str] = []
     for test in tests:
         for index in range(count(test, None)):
             try:
                 sample = test.source[index]
-                with_it = _parts(test, sample, predict, refined=True, photo=len(plain))
-                without = _parts(test, sample, predict, refined=False, photo=len(plain))
+                with_it = _both(test, sample, predict, refined=True, photo=len(plain))
+                without = _both(test, sample, predict, refined=False, photo=len(plain))
             except Fault as fault:
                 broken.append(str(fault))
             except (InputError, UsageError) as error:
@@ -184,26 +214,30 @@ def _predicted(
             advance()
     if not plain:
         raise InputError(f"no photo of {tests[0].name} can be used; the first says: {broken[0]}")
-    fitted = [parts for parts in refined if parts.residual is not None]
-    return _together(fitted, refined=True), _together(plain, refined=False), broken
+    return refined, plain, broken
 
 
-def _parts(test: TestSet, sample: Sample, predict: Predict, *, refined: bool, photo: int) -> Parts:
+def _both(test: TestSet, sample: Sample, predict: Predict, *, refined: bool, photo: int) -> Both:
     category = test.source.category
     prediction = predict(sample, category.name, refined)
     scores = score(sample, category, prediction)
     fit = prediction.refinement
-    shape = scores.confidence.shape
-    return Parts(
-        photo=np.full(shape, photo),
-        confidence=scores.confidence,
-        right=scores.right,
-        residual=None if fit is None else np.full(shape, fit.residual),
-    )
+
+    def judged(confidence: FloatArray, right: NDArray[np.bool_]) -> Parts:
+        return Parts(
+            photo=np.full(confidence.shape, photo),
+            confidence=confidence,
+            right=right,
+            residual=None if fit is None else np.full(confidence.shape, fit.residual),
+        )
+
+    moved = scores.confidence[1:]  # joint j moves part j + 1
+    return judged(scores.confidence, scores.right), judged(moved, scores.state_right)
 
 
 def _together(parts: Sequence[Parts], *, refined: bool) -> Parts:
-    """The parts of several photos as one; there may be none."""
+    """The parts of several photos as one, if refined, of those that were; there may be none."""
+    parts = [p for p in parts if not refined or p.residual is not None]
     none = np.zeros(0)
     residuals = [p.residual for p in parts if p.residual is not None]
     return Parts(
@@ -262,11 +296,15 @@ def cross_validated(parts: Parts) -> FloatArray:
     return result
 
 
-def with_calibration(model: onnx.ModelProto, found: Mapping[str, Calibration]) -> onnx.ModelProto:
-    """The same model with these calibrations, by category, and no others in its metadata."""
+def with_calibration(model: onnx.ModelProto, found: Sequence[Calibrated]) -> onnx.ModelProto:
+    """The same model with these calibrations, and no others, in its metadata."""
     about = metadata(model)
+    by_name = {result.category: result for result in found}
     for described in about["categories"]:
         described.pop("calibration", None)
-        if described["name"] in found:
-            described["calibration"] = found[described["name"]].to_dict()
+        described.pop("joint_calibration", None)
+        if (result := by_name.get(described["name"])) is not None:
+            described["calibration"] = result.parts.calibration.to_dict()
+            if result.joints is not None:
+                described["joint_calibration"] = result.joints.calibration.to_dict()
     return with_metadata(model, about)

@@ -43,7 +43,8 @@ class ModelCategory:
 
     ``size_spread`` is the relative spread of such objects' sizes, None where the file does not
     say; ``embedded`` is its prior as `r2art export` writes it, see :meth:`prior`;
-    ``calibration`` is what `r2art calibrate` has found, None where nobody has asked it.
+    ``calibration`` is what `r2art calibrate` has found, None where nobody has asked it, and
+    ``joint_calibration`` likewise, of the joints' states.
     """
 
     name: str
@@ -52,6 +53,7 @@ class ModelCategory:
     size_spread: float | None = None
     embedded: str | None = field(default=None, repr=False)
     calibration: Calibration | None = None
+    joint_calibration: Calibration | None = None
 
     @property
     def outputs(self) -> tuple[str, ...]:
@@ -201,14 +203,18 @@ def _category(data: dict[str, Any]) -> ModelCategory:
         for j in data["joints"]
     )
     spread = float(data.get("size_spread", 0.0)) or None
-    found = data.get("calibration")
+    of_parts, of_joints = (
+        None if found is None else Calibration.from_dict(found)
+        for found in (data.get("calibration"), data.get("joint_calibration"))
+    )
     return ModelCategory(
         name=data["name"],
         parts=tuple(data["parts"]),
         joints=joints,
         size_spread=spread,
         embedded=data.get("prior"),
-        calibration=None if found is None else Calibration.from_dict(found),
+        calibration=of_parts,
+        joint_calibration=of_joints,
     )
 
 

@@ -180,7 +180,7 @@ class Predictor:
             prediction = self._refined(prediction, known, posed, view, photo, seen_at, refine)
         if self._calibrated:
             own_mask = seen_at is None
-            prediction = calibrated(prediction, known.calibration, own_mask=own_mask)
+            prediction = calibrated(prediction, known, own_mask=own_mask)
         doubts = _doubts(prediction.parts, box)
         prediction = replace(prediction, warnings=(*prediction.warnings, *doubts))
         return _rescaled(prediction, size, depth)

@@ -12,7 +12,7 @@ from rich.table import Table
 from rich.text import Text
 
 from r2art.core.legend import state_text
-from r2art.core.prediction import Prediction
+from r2art.core.prediction import JointEstimate, Prediction
 
 STYLES = {"error": "bold red", "rejected": "red", "warning": "yellow", "written": "green"}
 
@@ -52,14 +52,18 @@ def _table(prediction: Prediction) -> Table:
     sure = "" if score is None else f" {score:.0%}"
     title = Text.assemble((name, "bold"), f"  {prediction.category}{sure}")
     table = Table(title=title, title_justify="left", title_style="", box=SIMPLE_HEAD)
-    for heading in ("part", "sure", "x (m)", "y (m)", "z (m)", "joint", "state"):
+    for heading in ("part", "sure", "x (m)", "y (m)", "z (m)", "joint", "state", "sure"):
         table.add_column(heading, justify="left" if heading in ("part", "joint") else "right")
     for p, part in enumerate(prediction.parts):
         position = (f"{v:.2f}" for v in part.cam_T_part[:3, 3])
         joint = None if p == 0 else prediction.joints[p - 1]
-        moved = ("", "") if joint is None else (joint.name, state_text(joint))
+        moved = ("", "", "") if joint is None else (joint.name, state_text(joint), _sure(joint))
         table.add_row(part.name, f"{part.confidence:.0%}", *position, *moved)
     return table
+
+
+def _sure(joint: JointEstimate) -> str:
+    return "" if joint.confidence is None else f"{joint.confidence:.0%}"
 
 
 def print_warnings(predictions: Sequence[Prediction]) -> None:

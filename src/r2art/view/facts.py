@@ -31,7 +31,7 @@ def facts(prediction: Prediction) -> str:
         + "".join(f'<p class="r2art-warning">{escape(text)}</p>' for text in prediction.warnings)
         + "<table><tr><th>part</th><th>sure</th><th>x y z (m)</th><th>size (cm)</th></tr>"
         f"{parts}</table>"
-        + "<table><tr><th>joint</th><th>kind</th><th>state</th><th>limits</th></tr>"
+        + "<table><tr><th>joint</th><th>kind</th><th>state</th><th>limits</th><th>sure</th></tr>"
         f"{joints}</table></div>"
     )
 
@@ -67,9 +67,10 @@ def _part_row(part: PartEstimate, index: int) -> str:
 
 def _joint_row(joint: JointEstimate, color: Color) -> str:
     low, high = (state_text(joint, limit) for limit in joint.limits)
+    sure = "–" if joint.confidence is None else f"{joint.confidence:.0%}"
     return (
         f"<tr><td>{_swatch(color)}{escape(joint.name)}</td><td>{joint.kind}</td>"
-        f"<td><b>{state_text(joint)}</b></td><td>{low} to {high}</td></tr>"
+        f"<td><b>{state_text(joint)}</b></td><td>{low} to {high}</td><td>{sure}</td></tr>"
     )
 
 

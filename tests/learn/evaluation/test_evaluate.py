@@ -49,10 +49,18 @@ def scaled(test, factor):
     return lambda sample, given_box: truth(sample, test.source.category).scaled(factor, "prior")
 
 
-SHARES = ("overlap", "overlap_aligned", "scale", "box", "category", "confidence")
+SHARES = (
+    "overlap",
+    "overlap_aligned",
+    "scale",
+    "box",
+    "category",
+    "confidence",
+    "state_confidence",
+)
 FACTS = (
     *("seconds", "diameter", "diagonal", "azimuth", "elevation"),
-    *("visible", "box_side", "inside", "true_state"),
+    *("visible", "box_side", "inside", "true_state", "state_range"),
 )
 
 

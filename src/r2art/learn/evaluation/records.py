@@ -12,7 +12,7 @@ import numpy as np
 
 from r2art.learn.evaluation.causes import causes, groups
 from r2art.learn.evaluation.evaluate import Report
-from r2art.learn.evaluation.scores import PER_JOINT, Scores
+from r2art.learn.evaluation.scores import OF_JOINTS, Scores
 from r2art.learn.evaluation.statistics import Interval
 from r2art.learn.evaluation.summary import Spread, Summary
 from r2art.learn.evaluation.tables import csv_text
@@ -127,6 +127,6 @@ def _columns(report: Report) -> list[str]:
     columns = []
     for f in fields(Scores):
         single = getattr(report.given.scores, f.name).ndim == 1
-        names = joints if f.name in (*PER_JOINT, "true_state") else parts
+        names = joints if f.name in OF_JOINTS else parts
         columns += [f.name] if single else [f"{f.name}.{n}" for n in names]
     return columns

@@ -16,7 +16,9 @@ from r2art.learn.evaluation.equivalent import nearer_labels
 FloatArray = NDArray[np.floating]
 
 CORRECT = 0.1
-"""A part counts as right, for its confidence, within this share of its diameter (aligned)."""
+"""A part counts as right, for its confidence, within this share of its diameter (aligned) ..."""
+STATE_CORRECT = 0.1
+"""... and a joint's state within this share of the range of its limits (aligned)."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -35,6 +37,7 @@ class Scores:
         overlap: (*N, P) intersection over union of the part boxes in space.
         confidence: (*N, P) what the model said.
         state: (*N, J) error of the joint state (rad or m).
+        state_confidence: (*N, J) what the model said of it; nan where it says nothing.
         axis: (*N, J) angle between the joint axes.
         pivot: (*N, J) distance of the pivot from the true axis; nan for prismatic joints.
         add_aligned: (*N, P) ...
@@ -58,6 +61,7 @@ class Scores:
         box_side: (*N,) longer side of the true 2D box (px).
         inside: (*N,) share of the true 2D box that is within the image.
         true_state: (*N, J) the true joint states.
+        state_range: (*N, J) how far the limits of the category's joints are apart (rad or m).
     """
 
     add: FloatArray
@@ -67,6 +71,7 @@ class Scores:
     overlap: FloatArray
     confidence: FloatArray
     state: FloatArray
+    state_confidence: FloatArray
     axis: FloatArray
     pivot: FloatArray
     add_aligned: FloatArray
@@ -89,6 +94,7 @@ class Scores:
     box_side: FloatArray
     inside: FloatArray
     true_state: FloatArray
+    state_range: FloatArray
 
     @property
     def failed(self) -> NDArray[np.bool_]:
@@ -105,8 +111,15 @@ class Scores:
         """(*N,) of which photos all parts are."""
         return np.asarray(self.right.all(axis=-1))
 
+    @property
+    def state_right(self) -> NDArray[np.bool_]:
+        """(*N, J) which joints' states are right, see `STATE_CORRECT`."""
+        return self.state_aligned <= STATE_CORRECT * self.state_range
+
 
 PER_JOINT = ("state", "axis", "pivot", "state_aligned", "pivot_aligned")
+OF_JOINTS = (*PER_JOINT, "state_confidence", "true_state", "state_range")
+"""Every field of `Scores` that has a value for each joint; of these, the first are errors."""
 PER_PART = (
     *("add", "add_s", "rotation", "translation"),
     *("add_aligned", "add_s_aligned", "translation_aligned"),
@@ -147,6 +160,7 @@ def truth(sample: Sample, category: Category) -> Prediction:
             limits=joint.limits,
             axis=axis[j],
             pivot=pivot[j],
+            confidence=1.0,
         )
         for j, joint in enumerate(category.joints)
     )
@@ -216,11 +230,11 @@ def score(
     )
     known = {"box": box, "seconds": np.asarray(seconds)}
     if prediction is None or prediction.category != category.name:
-        known |= _facts(sample, _model_points(sample, category))
+        known |= _facts(sample, category, _model_points(sample, category))
         return _failure(len(category.part_names), len(category.joints), known)
     labels = nearer_labels(sample, category, prediction)
     points = _model_points(labels, category)
-    known |= _facts(labels, points)
+    known |= _facts(labels, category, points)
     true, said = _Scene.of(truth(labels, category)), _Scene.of(prediction)
     scale = metrics.alignment_scale(points, said.pose, true.pose)
     aligned = _Scene.of(prediction.scaled(scale, "prior"))
@@ -237,6 +251,9 @@ def score(
         overlap_aligned=iou[1],
         axis=metrics.axis_error(said.axis, true.axis),
         confidence=np.array([p.confidence for p in prediction.parts]),
+        state_confidence=np.array(
+            [np.nan if j.confidence is None else j.confidence for j in prediction.joints], float
+        ),
         depth=np.asarray(abs(said.pose[0, 2, 3] / true.pose[0, 2, 3] - 1)),
         scale=np.asarray(scale),
         category=np.asarray(1.0),
@@ -261,7 +278,7 @@ def _lengths(points: FloatArray, said: _Scene, true: _Scene) -> dict[str, FloatA
     }
 
 
-def _facts(sample: Sample, points: FloatArray) -> dict[str, FloatArray]:
+def _facts(sample: Sample, category: Category, points: FloatArray) -> dict[str, FloatArray]:
     """What errors are compared with, or may depend on."""
     lower = (sample.box_center - sample.box_size / 2).min(axis=0)
     upper = (sample.box_center + sample.box_size / 2).max(axis=0)
@@ -278,6 +295,7 @@ def _facts(sample: Sample, points: FloatArray) -> dict[str, FloatArray]:
         "box_side": np.asarray(extent.max()),
         "inside": np.asarray(np.maximum(within, 0).prod() / extent.prod()),
         "true_state": sample.joint_state,
+        "state_range": np.array([high - low for low, high in (j.limits for j in category.joints)]),
     }
 
 
@@ -285,6 +303,7 @@ def _failure(parts: int, joints: int, known: dict[str, FloatArray]) -> Scores:
     errors: dict[str, Any] = dict.fromkeys(PER_PART, np.full(parts, np.inf))
     errors |= dict.fromkeys(PER_JOINT, np.full(joints, np.inf))
     errors |= dict.fromkeys((*OVERLAPS, "confidence"), np.zeros(parts))
+    errors["state_confidence"] = np.zeros(joints)
     return Scores(
         **errors,
         depth=np.asarray(np.inf),

@@ -73,10 +73,17 @@ class PartSummary:
 
 @dataclass(frozen=True, kw_only=True)
 class JointSummary:
-    """One joint; ``pivot`` is None for a prismatic one, which has no pivot."""
+    """One joint; ``pivot`` is None for a prismatic one, which has no pivot.
+
+    ``right`` is the share of right states (`Scores.state_right`); what the confidence in them is
+    worth, as `Calibration` of parts, is nan where the model has none.
+    """
 
     name: str
     kind: JointKind
+    right: float
+    confidence_error: float
+    confidence_auroc: float
     state: Spread
     state_aligned: Spread
     axis: Spread
@@ -193,9 +200,14 @@ def _summarise_joints(
     scores: Scores, name: str, kind: JointKind, joints: list[int]
 ) -> JointSummary:
     turns = kind == "revolute"
+    confidence, right = scores.state_confidence[:, joints], scores.state_right[:, joints]
+    told = bool(np.isfinite(confidence).all())
     return JointSummary(
         name=name,
         kind=kind,
+        right=float(right.mean()),
+        confidence_error=statistics.calibration_error(confidence, right) if told else np.nan,
+        confidence_auroc=statistics.auroc(confidence, right) if told else np.nan,
         state=spread(scores.state[:, joints]),
         state_aligned=spread(scores.state_aligned[:, joints]),
         axis=spread(scores.axis[:, joints]),

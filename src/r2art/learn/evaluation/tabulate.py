@@ -131,7 +131,8 @@ _PARTS: tuple[tuple[str, Callable[[PartSummary], str]], ...] = (
 def joints(given: Summary) -> Table:
     """Every joint."""
     together = given.kinds if len(given.joints) > 1 else ()
-    columns = ("joint", "state", "mean", "p90", "aligned", "axis °", "pivot mm", "pivot aligned")
+    errors = ("state", "mean", "p90", "aligned", "axis °", "pivot mm", "pivot aligned")
+    columns = ("joint", *errors, "right %", "ECE %", "AUROC")
     rows = tuple(_joint_row(j) for j in (*given.joints, *together))
     return Table("Joints, box and category given: median where nothing else is said", columns, rows)
 
@@ -147,6 +148,8 @@ def _joint_row(j: JointSummary) -> tuple[str, ...]:
         number(j.state_aligned.median.value, unit, 1),
         number(j.axis.median.value, DEGREES, 1),
         *(number(p.median.value, MM, 1) if p else "–" for p in pivots),
+        *(number(share, PERCENT, 1) for share in (j.right, j.confidence_error)),
+        number(j.confidence_auroc, 1, 3),
     )
 
 

@@ -19,7 +19,7 @@ COLUMNS = (
     *("box_center_x_m", "box_center_y_m", "box_center_z_m"),
     *("box_size_x_m", "box_size_y_m", "box_size_z_m"),
     *("parent", "joint", "kind", "unit", "state", "lower", "upper"),
-    *("axis_x", "axis_y", "axis_z", "pivot_x_m", "pivot_y_m", "pivot_z_m"),
+    *("axis_x", "axis_y", "axis_z", "pivot_x_m", "pivot_y_m", "pivot_z_m", "state_confidence"),
 )
 UNITS = {"revolute": "rad", "prismatic": "m"}
 
@@ -41,11 +41,11 @@ def _rows(prediction: Prediction) -> Iterator[tuple[object, ...]]:
     for part in prediction.parts:
         pose = rigid(part.cam_T_part)
         placed = (*pose[:3, 3], *quaternion(pose[:3, :3]), *part.box_center, *part.box_size)
-        moved: tuple[object, ...] = ("",) * 13
+        moved: tuple[object, ...] = ("",) * 14
         if (joint := joints.get(part.name)) is not None:
             names = (joint.parent, joint.name, joint.kind, UNITS[joint.kind])
             numbers = (joint.state, *joint.limits, *joint.axis, *joint.pivot)
-            moved = (*names, *map(float, numbers))
+            moved = (*names, *map(float, numbers), joint.confidence)
         yield (*about, part.name, part.confidence, *map(float, placed), *moved)
 
 
