@@ -227,7 +227,7 @@ def test_with_more_categories_than_photos_some_wait_their_turn(photos):
 def test_pictures_of_nothing_known_are_the_last_answer(photos):
     backdrops = torch.zeros(10, 3, 32, 32, dtype=torch.uint8)
     backdrops[::OTHERS_HELD_OUT, 0] = 255  # red ones, which are never shown as such
-    batch = batches(photos, backdrops=backdrops, others=40)(0)
+    batch = batches(photos, backdrops=backdrops, others=40)(1)
     views, nothing = batch.views, batch.category == len(photos)
     assert nothing.tolist() == [False] * 3 + [True] * 40
     assert views.box[nothing].isnan().all()
