@@ -14,6 +14,7 @@ from r2art.core.errors import InputError, UsageError
 from r2art.core.image import ImageLike, Photo, View, crop_square, read_image
 from r2art.core.prediction import JointEstimate, PartEstimate, Prediction, Refinement
 from r2art.run.refinement.body import Body
+from r2art.run.refinement.hidden import hidden
 from r2art.run.refinement.pose import Posed, pose_of, posed
 from r2art.run.refinement.refine import refine
 from r2art.run.refinement.uncertainty import Uncertainty
@@ -50,12 +51,14 @@ class Target:
         known: (H, W) 0 where the window leaves the photo, else 1.
         K: (3, 3) intrinsics of the window.
         uncertainty: Of the estimate and of this mask.
+        whole: Whether the mask shows also what something else hides.
     """
 
     mask: FloatArray
     known: FloatArray
     K: FloatArray
     uncertainty: Uncertainty
+    whole: bool
 
 
 def own_target(object_mask: FloatArray, view: View, photo: Photo) -> Target:
@@ -79,6 +82,7 @@ def own_target(object_mask: FloatArray, view: View, photo: Photo) -> Target:
         known=known.astype(float),
         K=camera.K,
         uncertainty=replace(OF_NETWORK, outline=OF_NETWORK.outline * doubt(object_mask)),
+        whole=False,
     )
 
 
@@ -101,7 +105,9 @@ def given_target(mask: Photo, prediction: Prediction, margin: float) -> Target:
     view = crop_square(mask.pixels, *window)
     inside = crop_square(np.full_like(mask.pixels, 255), *window).pixels[..., 0] > INSIDE
     seen = view.pixels[..., 0] / 255.0 * inside
-    return Target(mask=seen, known=inside.astype(float), K=view.camera.K, uncertainty=OF_GIVEN)
+    return Target(
+        mask=seen, known=inside.astype(float), K=view.camera.K, uncertainty=OF_GIVEN, whole=True
+    )
 
 
 def read_mask(source: ImageLike, photo: Photo) -> Photo:
@@ -152,13 +158,18 @@ def fitted(
     size = np.array([part.box_size for part in prediction.parts])
     own = [body.stretched(center, size) for body in bodies]
     state = np.array([joint.state for joint in prediction.joints])
+    cam_T_root = prediction.parts[0].cam_T_part
+    known = target.known
+    if not target.whole:
+        at = posed(own[0], pose_of(own[0], cam_T_root, state))
+        known = known * ~hidden(own[0], at, target.mask, target.K)
     found = refine(
         own,
-        prediction.parts[0].cam_T_part,
+        cam_T_root,
         state,
         target.mask,
         target.K,
-        known=target.known,
+        known=known,
         uncertainty=target.uncertainty,
         starts=1,
         steps=(3, steps, 0, steps // 3, 0),
