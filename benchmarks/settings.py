@@ -145,7 +145,8 @@ def artimage(all_found: Sequence[Measured]) -> Iterator[str]:
     """Errors in ArtImage's unit beside the paper's on ArtImage."""
     yield "**ArtImage's scale**, per part, the root first; means. The paper's figures are on"
     yield "ArtImage (or ReArtMix), ours on our own objects brought to that size: the unit is the"
-    yield "same, the photos are not. *One size*: each prediction scaled to the size of all\n"
+    yield "same, the photos are not. *One size*: each prediction scaled to the one size of all"
+    yield "objects; *aligned*: to the photo's truth\n"
     yield "| category | method | ADD mm | AUC to 100 mm % | 3D IoU % |"
     yield "| --- | --- | ---: | ---: | ---: |"
     for found in all_found:
