@@ -432,7 +432,7 @@ PRIORS = {
 @pytest.mark.parametrize("field", PRIORS)
 def test_priors_that_cannot_be_true(folder, field):
     category = Dataset.open(folder).category
-    replace(category, **PRIORS[field](category)).save(folder / PRIOR)
+    replace(category, mirror=None, **PRIORS[field](category)).save(folder / PRIOR)
     assert_named(folder, PRIOR, field)
 
 
