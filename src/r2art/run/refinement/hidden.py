@@ -32,17 +32,19 @@ def hidden(body: Body, at: Posed, mask: FloatArray, K: FloatArray) -> Pixels:
         mask: (H, W) of what is seen of it, in [0, 1].
         K: Intrinsics of the mask.
     """
-    seen, shape = mask > 0.5, silhouette(body, at, K, mask.shape)
-    reach = round(FAR * mask.shape[1])
+    height, width = mask.shape
+    seen, shape = mask > 0.5, silhouette(body, at, K, (height, width))
+    reach = round(FAR * width)
     far = shape & ~_grown(seen, reach)
     if far.sum() < max(1.0, LEAST * shape.sum()):
         return np.zeros_like(shape)
     return shape & ~seen & _grown(far, reach + 1)
 
 
-def silhouette(body: Body, at: Posed, K: FloatArray, size: tuple[int, ...]) -> Pixels:
+def silhouette(body: Body, at: Posed, K: FloatArray, size: tuple[int, int]) -> Pixels:
     """(H, W) pixels that the convex hulls of the parts cover; none if one is behind the camera."""
-    canvas = Image.new("1", size[::-1])
+    height, width = size
+    canvas = Image.new("1", (width, height))
     pen = ImageDraw.Draw(canvas)
     for p, tips in enumerate(body.tips):
         x = at.rotation[0, p] @ tips + at.translation[0, p, :, None]
