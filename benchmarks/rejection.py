@@ -17,13 +17,12 @@ from numpy.typing import NDArray
 from rich.progress import track
 
 from r2art.core.camera import Camera
-from r2art.core.image import ImageLike, crop_square, letterbox, read_image
+from r2art.core.image import ImageLike, read_image
 from r2art.data.scenes.surroundings import Surroundings
 from r2art.data.shards import Dataset, from_row
 from r2art.learn.batches import OTHERS_HELD_OUT
 from r2art.learn.results import write_section
-from r2art.run.boxes import usable_box
-from r2art.run.predictor import NOTHING_KNOWN, Predictor, load, together
+from r2art.run.predictor import NOTHING_KNOWN, Predictor, load
 
 NOISES = 100
 
@@ -34,13 +33,7 @@ def doubts(predictor: Predictor, pictures: Iterable[ImageLike], what: str) -> ND
     for picture in track(list(pictures), what):
         photo = read_image(picture)
         camera = Camera.from_fov(1.0, photo.width, photo.height)
-        view = letterbox(photo.pixels, camera, predictor.model.input_size)
-        seen = predictor.model.find(view)
-        box, _ = usable_box(view.to_photo(seen["found_box"].tolist()), photo)
-        size, margin = predictor.model.input_size, predictor.model.crop_margin
-        crop = crop_square(photo.pixels, camera, box, size, margin)
-        again = predictor.model.look(crop)
-        scores = together(seen["category_scores"], again["category_scores"])
+        scores, *_ = predictor.look(photo, camera)
         found.append(scores[len(predictor.categories) :].sum())
     return np.array(found)
 

@@ -57,14 +57,15 @@ def measured(bench: Path, predictor: Predictor, limit: int | None) -> Iterator[M
         if told["category"] not in predictor.categories:
             continue
         dataset = Dataset.open(bench / told["folder"])
+        size = dataset.manifest.get("scaled_to")
+        body = body_of(predictor.category(told["category"]).prior()) if size else None
         found = []
         chosen = range(len(dataset) if limit is None else min(limit, len(dataset)))
         for i in track(chosen, told["folder"]):
             sample = dataset[i]
             asked = (sample.image, sample.camera, told["category"], sample.box.tolist())
             prediction = predictor.predict(*asked)
-            if size := dataset.manifest.get("scaled_to"):
-                body = body_of(predictor.category(told["category"]).prior())
+            if body is not None:
                 prediction = brought_to(prediction, body, **size)
             found.append(score(sample, dataset.category, prediction))
         scores = stack(found)

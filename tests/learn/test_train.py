@@ -200,7 +200,7 @@ def test_a_step_teaches_the_categories_of_its_batch(job, often, groups):
 def test_a_run_learns(run):
     entries = read_log(run)
     assert [e["step"] for e in entries] == [5, 10, 15, 20, 25, 30]
-    for name, share in [("total", 0.88), ("shape", 0.97), ("confidence", 0.85)]:
+    for name, share in [("total", 0.88), ("shape", 0.95), ("confidence", 0.85)]:
         after = (entries[3][name] + entries[4][name]) / 2  # before the cascade joins the total
         assert after < share * entries[0][name], name
     assert ["cascade" in e for e in entries] == 5 * [False] + [True]

@@ -38,7 +38,55 @@ class Joint:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Symmetry:
+class Exchange:
+    """Parts that trade names in pairs.
+
+    Attributes:
+        swap: P part numbers, the inverse of itself: what was called ``swap[k]`` is now part k.
+    """
+
+    swap: tuple[int, ...]
+
+    def joint_swap(self, parents: Sequence[int]) -> tuple[int, ...]:
+        """J joint numbers: which joint's state joint j has afterwards.
+
+        Args:
+            parents: The part on which each joint hangs.
+
+        Raises:
+            ValueError: Parts that a joint connects would trade names with two that none does.
+        """
+        ends = [frozenset((j + 1, parent)) for j, parent in enumerate(parents)]
+        traded = [frozenset(self.swap[part] for part in pair) for pair in ends]
+        return tuple(ends.index(pair) for pair in traded)
+
+    def maps(self, joints: Sequence[Joint], carried: Callable[[Joint, Joint], FloatArray]) -> bool:
+        """Whether parts trade names in pairs, joined alike, and axes are carried to axes.
+
+        Args:
+            joints: Of the category.
+            carried: Of a joint and the one it has traded with, where the axis of that comes to
+                lie.
+        """
+        if sorted(self.swap) != list(range(len(joints) + 1)):
+            return False
+        if any(self.swap[self.swap[part]] != part for part in self.swap):
+            return False
+        try:
+            others = self.joint_swap([joint.parent for joint in joints])
+        except ValueError:
+            return False
+        for joint, j in zip(joints, others, strict=True):
+            other = joints[j]
+            if joint.kind != other.kind:
+                return False
+            if np.abs(carried(joint, other) - joint.axis).max() > PARALLEL:
+                return False
+        return True
+
+
+@dataclass(frozen=True, kw_only=True)
+class Symmetry(Exchange):
     """Another labelling of the parts under which an object looks the same.
 
     The parts trade names and the root frame is turned by half: what was called ``swap[k]`` is
@@ -55,7 +103,6 @@ class Symmetry:
         axis: Axis of the root frame about which half a turn is made.
     """
 
-    swap: tuple[int, ...]
     axis: Literal["x", "y", "z"]
 
     @property
@@ -63,17 +110,6 @@ class Symmetry:
         """The diagonal of the half turn's rotation matrix."""
         x, y, z = (1 if self.axis == name else -1 for name in "xyz")
         return x, y, z
-
-    def joint_swap(self, parents: Sequence[int]) -> tuple[int, ...]:
-        """J joint numbers: which joint's state joint j has under the other labelling.
-
-        Args:
-            parents: The part on which each joint hangs.
-
-        Raises:
-            ValueError: Parts that a joint connects would trade names with two that none does.
-        """
-        return _joints_traded(self.swap, parents)
 
     def fits(self, joints: Sequence[Joint]) -> bool:
         """Whether the joints of the category move alike under both labellings.
@@ -86,11 +122,11 @@ class Symmetry:
             sense = 1 if self.swap[joint.parent] == other.parent else -1
             return sense * np.multiply(self.signs, other.axis)
 
-        return _fits(self.swap, joints, turned)
+        return self.maps(joints, turned)
 
 
 @dataclass(frozen=True, kw_only=True)
-class Mirror:
+class Mirror(Exchange):
     """What a photo of an object shows in a mirror: another object of the category.
 
     The root frame is reflected in its plane x = 0, and parts on the left trade names with those
@@ -105,19 +141,6 @@ class Mirror:
         swap: P part numbers; the inverse of itself; the root keeps its name.
     """
 
-    swap: tuple[int, ...]
-
-    def joint_swap(self, parents: Sequence[int]) -> tuple[int, ...]:
-        """J joint numbers: which joint's state joint j has in the mirror.
-
-        Args:
-            parents: The part on which each joint hangs.
-
-        Raises:
-            ValueError: Parts that a joint connects would trade names with two that none does.
-        """
-        return _joints_traded(self.swap, parents)
-
     def fits(self, joints: Sequence[Joint]) -> bool:
         """Whether the joints of the category move in the mirror as joints of theirs do."""
 
@@ -125,43 +148,7 @@ class Mirror:
             sense = 1 if joint.kind == "prismatic" else -1  # turns are seen to go the other way
             return sense * np.multiply((-1, 1, 1), other.axis)
 
-        return self.swap[0] == 0 and _fits(self.swap, joints, reflected)
-
-
-def _joints_traded(swap: Sequence[int], parents: Sequence[int]) -> tuple[int, ...]:
-    """The joint between the parts with which those of joint j trade names, for every j."""
-    ends = [frozenset((j + 1, parent)) for j, parent in enumerate(parents)]
-    traded = [frozenset(swap[part] for part in pair) for pair in ends]
-    return tuple(ends.index(pair) for pair in traded)
-
-
-def _fits(
-    swap: Sequence[int],
-    joints: Sequence[Joint],
-    carried: Callable[[Joint, Joint], FloatArray],
-) -> bool:
-    """Whether parts trade names in pairs, joined alike, and axes are carried to axes.
-
-    Args:
-        swap: Part numbers.
-        joints: Of the category.
-        carried: Of a joint and the one it has traded with, where the axis of that comes to lie.
-    """
-    if sorted(swap) != list(range(len(joints) + 1)):
-        return False
-    if any(swap[swap[part]] != part for part in swap):
-        return False
-    try:
-        others = _joints_traded(swap, [joint.parent for joint in joints])
-    except ValueError:
-        return False
-    for joint, j in zip(joints, others, strict=True):
-        other = joints[j]
-        if joint.kind != other.kind:
-            return False
-        if np.abs(carried(joint, other) - joint.axis).max() > PARALLEL:
-            return False
-    return True
+        return self.swap[0] == 0 and self.maps(joints, reflected)
 
 
 PARALLEL = 0.1

@@ -4,18 +4,21 @@ A network that is taught one of two labels that no photo tells apart learns thei
 neither. So of each sample that label counts which the estimate is nearer to.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
+from typing import TypeVar
 
 import torch
-from jaxtyping import Float, Shaped
+from jaxtyping import Bool, Float, Int, Shaped
 from torch import Tensor
 
 from r2art.core.category import Symmetry
-from r2art.learn.augment import Crops
+from r2art.learn.augment import Crops, Views
 from r2art.method import losses, se3
 from r2art.method.estimate import Estimate
 from r2art.method.shape import Prior, box_corners
+
+Some = TypeVar("Some", Crops, Views)
 
 REPROJECTION = 2.0
 """Weight of the corners over that of the directions, as the objective has it."""
@@ -32,13 +35,7 @@ def better_labels(prior: Prior, found: Estimate, crops: Crops) -> Crops:
         return crops
     other = relabelled(crops, prior.symmetry, prior.kinematics.parent)
     turned = distance(found, other) < distance(found, crops)
-
-    def chosen(name: str) -> Tensor:
-        given = getattr(crops, name)
-        which = turned.reshape(-1, *(1,) * (given.ndim - 1))
-        return torch.where(which, getattr(other, name), given)
-
-    return replace(crops, **{name: chosen(name) for name in LABELS})
+    return either(turned, crops, other, LABELS)
 
 
 def relabelled(crops: Crops, symmetry: Symmetry, parents: Sequence[int]) -> Crops:
@@ -54,12 +51,9 @@ def relabelled(crops: Crops, symmetry: Symmetry, parents: Sequence[int]) -> Crop
     origin = center[:, :1]
     R = _turned(pose[..., :3, :3], symmetry)
     t = se3.transform(pose, origin[:, None])[..., 0, :]
-    part = crops.part
-    for name, old in enumerate(swap):
-        part = torch.where(crops.part == old + 1, name + 1, part)
     return replace(
         crops,
-        part=part,
+        part=renamed(crops.part, swap),
         cam_T_part=se3.from_rotation_translation(R, t),
         joint_state=taken(crops.joint_state, symmetry.joint_swap(parents)),
         box_center=_turned(center - origin, symmetry),
@@ -81,6 +75,25 @@ def distance(found: Estimate, crops: Crops) -> Float[Tensor, " B"]:
     )
     reprojection = losses.reprojection_loss(corners, true_corners, crops.K, crops.box)
     return torch.as_tensor(direction).mean(-1) + REPROJECTION * reprojection
+
+
+def either(which: Bool[Tensor, " B"], one: Some, other: Some, names: Iterable[str]) -> Some:
+    """One, but the other in these fields of those samples that ``which`` says."""
+
+    def chosen(name: str) -> Tensor:
+        given = getattr(one, name)
+        where = which.reshape(-1, *(1,) * (given.ndim - 1))
+        return torch.where(where, getattr(other, name), given)
+
+    return replace(one, **{name: chosen(name) for name in names})
+
+
+def renamed(part: Int[Tensor, "B s s"], swap: Sequence[int]) -> Int[Tensor, "B s s"]:
+    """Mask values after the parts have traded names."""
+    result = part
+    for name, old in enumerate(swap):
+        result = torch.where(part == old + 1, name + 1, result)
+    return result
 
 
 def taken(labels: Shaped[Tensor, "B N *rest"], order: Sequence[int]) -> Tensor:

@@ -1,7 +1,6 @@
 """Photos in a mirror: twice as many views, of objects that are alike on both sides."""
 
 from dataclasses import fields, replace
-from typing import TypeVar
 
 import torch
 from jaxtyping import Float
@@ -10,9 +9,7 @@ from torch import Tensor
 from r2art.core.category import Category, Mirror
 from r2art.learn.augment import Crops, Views
 from r2art.learn.chance import Chance
-from r2art.learn.equivalent import taken
-
-Some = TypeVar("Some", Crops, Views)
+from r2art.learn.equivalent import Some, either, renamed, taken
 
 
 def some_mirrored(crops: Crops, category: Category, chance: Chance) -> Crops:
@@ -20,7 +17,7 @@ def some_mirrored(crops: Crops, category: Category, chance: Chance) -> Crops:
     if category.mirror is None:
         return crops
     other = mirrored(crops, category.mirror, [joint.parent for joint in category.joints])
-    return _either(crops, other, chance)
+    return _by_chance(crops, other, chance)
 
 
 def some_views_mirrored(views: Views, chance: Chance) -> Views:
@@ -32,7 +29,7 @@ def some_views_mirrored(views: Views, chance: Chance) -> Views:
         seen=views.seen.flip(-1),
         box=_box_mirrored(views.box, size),
     )
-    return _either(views, other, chance)
+    return _by_chance(views, other, chance)
 
 
 def mirrored(crops: Crops, mirror: Mirror, parents: list[int]) -> Crops:
@@ -44,16 +41,13 @@ def mirrored(crops: Crops, mirror: Mirror, parents: list[int]) -> Crops:
         parents: The part on which each joint hangs.
     """
     size, swap = crops.image.shape[-1], mirror.swap
-    part = crops.part
-    for name, old in enumerate(swap):
-        part = torch.where(crops.part == old + 1, name + 1, part)
     M = torch.diag(crops.K.new_tensor([-1.0, 1.0, 1.0, 1.0]))
     K = crops.K.clone()
     K[:, 0, 2] = size - K[:, 0, 2]
     return replace(
         crops,
         image=crops.image.flip(-1),
-        part=part.flip(-1),
+        part=renamed(crops.part, swap).flip(-1),
         seen=crops.seen.flip(-1),
         K=K,
         box=_box_mirrored(crops.box, size),
@@ -69,11 +63,6 @@ def _box_mirrored(box: Float[Tensor, "N 4"], size: int) -> Float[Tensor, "N 4"]:
     return torch.stack([size - x2, y1, size - x1, y2], dim=1)
 
 
-def _either(one: Some, other: Some, chance: Chance) -> Some:
+def _by_chance(one: Some, other: Some, chance: Chance) -> Some:
     which = chance.happens(0.5, len(one.image))
-
-    def chosen(name: str) -> Tensor:
-        given = getattr(one, name)
-        return torch.where(which.view(-1, *(1,) * (given.ndim - 1)), getattr(other, name), given)
-
-    return replace(one, **{f.name: chosen(f.name) for f in fields(one)})
+    return either(which, one, other, [f.name for f in fields(one)])

@@ -11,7 +11,7 @@ import torch
 from jaxtyping import Float
 from torch import Tensor
 
-from r2art.core.category import Category, Mirror, Symmetry
+from r2art.core.category import Category, Symmetry
 from r2art.method.kinematics import KinematicModel
 
 
@@ -43,12 +43,10 @@ class Prior(Shape):
     Attributes:
         frontal_area: ``S_wld`` of Eq. 1 (m²).
         symmetry: Of the category.
-        mirror: Likewise.
     """
 
     frontal_area: float
     symmetry: Symmetry | None = None
-    mirror: Mirror | None = None
 
     @classmethod
     def from_category(
@@ -70,7 +68,6 @@ class Prior(Shape):
             kinematics=KinematicModel.from_category(category, device, dtype),
             frontal_area=category.frontal_area,
             symmetry=category.symmetry,
-            mirror=category.mirror,
         )
 
     def to(self, device: torch.device | str) -> "Prior":

@@ -77,7 +77,7 @@ def tightened(box: Box, mask: NDArray[np.floating], view: View, photo: Photo) ->
     last = np.where(goes_on[1], np.maximum(last, found[1]), last)
     x1, y1, x2, y2 = np.round([*first, *last], 2).tolist()
     drawn = x1, y1, x2, y2
-    return drawn if _overlap(drawn, box) > RELATED else box
+    return drawn if overlap(drawn, box) > RELATED else box
 
 
 def _span(shown: NDArray[np.floating]) -> tuple[float, float] | None:
@@ -97,7 +97,7 @@ def _span(shown: NDArray[np.floating]) -> tuple[float, float] | None:
     return max(0.0, begin), min(float(len(shown)), end)
 
 
-def _overlap(one: Box, other: Box) -> float:
+def overlap(one: Box, other: Box) -> float:
     """Intersection over union."""
     a, b = np.reshape(one, (2, 2)), np.reshape(other, (2, 2))
     common = np.prod(np.clip(np.minimum(a[1], b[1]) - np.maximum(a[0], b[0]), 0, None))

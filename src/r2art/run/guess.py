@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from r2art.core.camera import Camera
 from r2art.core.image import Box, View
+from r2art.run.boxes import overlap
 
 Outputs = Mapping[str, NDArray[np.floating]]
 
@@ -62,6 +63,5 @@ def fit(outputs: Outputs, camera: Camera, box: Box) -> float:
         return 0.0
     uv = camera.project(points).reshape(-1, 2)
     lower, upper = uv.min(axis=0), uv.max(axis=0)
-    start, end = np.array(box[:2]), np.array(box[2:])
-    overlap = np.prod(np.clip(np.minimum(upper, end) - np.maximum(lower, start), 0, None))
-    return float(overlap / (np.prod(upper - lower) + np.prod(end - start) - overlap))
+    x1, y1, x2, y2 = *lower.tolist(), *upper.tolist()
+    return overlap((x1, y1, x2, y2), box)

@@ -69,7 +69,8 @@ def between(body: Body, one: Outputs, other: Outputs) -> Outputs:
     share = 0.5
     if np.linalg.norm(step[0, :3]) > FLIPPED:
         share = float(odds[1].mean() > odds[0].mean())
-    at = posed(own, moved(own, first, share * step))
+    middle = moved(own, first, share * step)
+    at = posed(own, middle)
     poses = np.tile(np.eye(4), (len(center), 1, 1))
     poses[:, :3, :3], poses[:, :3, 3] = at.rotation[0], at.translation[0]
     found = {
@@ -77,7 +78,7 @@ def between(body: Body, one: Outputs, other: Outputs) -> Outputs:
         "box_center": center,
         "box_size": size,
         "confidence": 1 / (1 + np.exp(-((1 - share) * odds[0] + share * odds[1]))),
-        "joint_state": moved(own, first, share * step).joint_state[0],
+        "joint_state": middle.joint_state[0],
         "axis": at.axis[0],
         "pivot": at.pivot[0],
     }

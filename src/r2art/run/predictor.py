@@ -98,6 +98,34 @@ class Predictor:
         known = ", ".join(self.categories)
         raise UsageError(f"unknown category {name!r}; this model knows: {known}")
 
+    def look(
+        self, photo: Photo, camera: Camera, given: Box | None = None
+    ) -> tuple[NDArray[np.floating], Box, tuple[str, ...]]:
+        """Look at a photo, and at the crop round the object: what there is, and where.
+
+        Args:
+            photo: Upright.
+            camera: The photo's.
+            given: The object's box, where it is known.
+
+        Returns:
+            Category scores, the last of them that it is none; the box; and what makes it doubtful.
+
+        Raises:
+            InputError: No finite answer comes of it.
+        """
+        size, doubts = self.model.input_size, ()
+        view = letterbox(photo.pixels, camera, size)
+        seen = _finite(self.model.find(view))
+        box = given
+        if box is None:
+            box, doubts = usable_box(view.to_photo(seen["found_box"].tolist()), photo)
+        view = crop_square(photo.pixels, camera, box, size, self.model.crop_margin)
+        again = _finite(self.model.look(view))
+        if given is None and MASK in again:
+            box = tightened(box, again[MASK], view, photo)
+        return together(seen["category_scores"], again["category_scores"]), box, doubts
+
     def predict(
         self,
         image: ImageLike,
@@ -144,7 +172,7 @@ class Predictor:
         score = None
         rejected = BLANK if _is_blank(photo) else None
         if known is None or box is None:
-            scores, box, doubts = self._looked_at(photo, camera, box)
+            scores, box, doubts = self.look(photo, camera, box)
             warnings += doubts
             rejected = rejected or _nothing_known(scores, self.categories)
             known, score, doubts = self._recognise(scores, known)
@@ -184,22 +212,6 @@ class Predictor:
         doubts = _doubts(prediction.parts, box)
         prediction = replace(prediction, warnings=(*prediction.warnings, *doubts))
         return _rescaled(prediction, size, depth)
-
-    def _looked_at(
-        self, photo: Photo, camera: Camera, given: Box | None
-    ) -> tuple[NDArray[np.floating], Box, tuple[str, ...]]:
-        """Category scores and the object's box, by a look at the photo and one at the box."""
-        size, doubts = self.model.input_size, ()
-        view = letterbox(photo.pixels, camera, size)
-        seen = _finite(self.model.find(view))
-        box = given
-        if box is None:
-            box, doubts = usable_box(view.to_photo(seen["found_box"].tolist()), photo)
-        view = crop_square(photo.pixels, camera, box, size, self.model.crop_margin)
-        again = _finite(self.model.look(view))
-        if given is None and MASK in again:
-            box = tightened(box, again[MASK], view, photo)
-        return together(seen["category_scores"], again["category_scores"]), box, doubts
 
     def _looked_twice(self, posed: Outputs, view: View, box: Box, known: ModelCategory) -> Outputs:
         """An estimate and another one, in a mirror, as one; where the category has a mirror."""
