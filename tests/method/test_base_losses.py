@@ -36,7 +36,19 @@ def test_the_direction_loss_sees_the_angle_only(batch):
     torch.testing.assert_close(direction_loss(3 * a, 0.1 * b), loss)
     turned = [(R @ v[..., None])[..., 0] for v in (a, b)]
     torch.testing.assert_close(direction_loss(*turned), loss)
-    torch.testing.assert_close(direction_loss(a, -a), torch.full(batch, 2.0, dtype=f64))
+    torch.testing.assert_close(direction_loss(a, a), torch.zeros(batch, dtype=f64))
+    assert torch.all((direction_loss(a, -a) > 1.9) & (direction_loss(a, -a) < 2))
+
+
+def test_the_direction_loss_takes_one_of_two_likely_answers():
+    one, other = torch.eye(3, dtype=f64)[:2]
+    between = torch.nn.functional.normalize(one + other, dim=0)
+    likely = torch.tensor([0.6, 0.4], dtype=f64)
+    both = torch.stack([one, other])
+    at_one, at_middle = (
+        (likely * direction_loss(answer.expand(2, 3), both)).sum() for answer in (one, between)
+    )
+    assert at_one < at_middle
 
 
 def test_every_loss_is_zero_at_the_truth_and_positive_elsewhere(chest, batch):

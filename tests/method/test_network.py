@@ -97,7 +97,7 @@ def test_the_root_part_is_never_shifted(chest, inputs):
 
 def test_a_frozen_trunk_says_the_same_before_and_during_training(chest, inputs):
     crop, box, K, photo = inputs
-    network = make((chest,), frozen_trunk=True).train()
+    network = make((chest,), frozen_to=32).train()
     before = {k: v.clone() for k, v in network.state_dict().items()}
     image = torch.cat([crop, photo])
     known = network.offline(image)
@@ -119,6 +119,35 @@ def test_a_frozen_trunk_says_the_same_before_and_during_training(chest, inputs):
     changed = {k.split(".")[0] for k, v in network.state_dict().items() if (v != before[k]).any()}
     assert "neck" in changed  # its statistics
     assert "trunk" not in taught | changed
+
+
+@pytest.mark.parametrize("backbone", [SMALL, "resnet10t"])
+def test_layers_up_to_a_stride_can_stay_as_they_are(chest, inputs, backbone):
+    network = make((chest,), backbone, frozen_to=8).train()
+    before = {k: v.clone() for k, v in network.state_dict().items()}
+    crop, box, K, photo = inputs
+    output = network(("chest",), crop, box, K, photo)
+    (
+        output.found_box.sum() + sum(v.sum() for v in numbers(output.crops["chest"].raw).values())
+    ).backward()
+    taught = {k for k, p in network.trunk.named_parameters() if p.grad is not None}
+    parameters = [k for k, _ in network.trunk.named_parameters()]
+    kept = [k for k in parameters if k not in taught]
+    assert kept == parameters[: len(kept)]  # from the picture's side on
+    assert 0 < len(kept) < len(parameters)
+    after = network.trunk.state_dict()
+    statistics = [k for k in after if k.endswith("running_mean")]
+    changed = [not torch.equal(after[k], before[f"trunk.{k}"]) for k in statistics]
+    assert changed == sorted(changed)
+    assert {True, False} == set(changed)
+    maps, of_eval = network.trunk(photo), network.eval().trunk(photo)
+    torch.testing.assert_close(maps[:2], of_eval[:2])
+    assert not torch.allclose(maps[2], of_eval[2])
+
+
+def test_a_trunk_can_only_be_frozen_where_it_has_features(chest):
+    with pytest.raises(ValueError, match="not 2"):
+        make((chest,), frozen_to=2)
 
 
 def test_the_confidence_does_not_teach_the_features(chest, inputs):

@@ -190,7 +190,7 @@ def export(
 
     Args:
         run: Folder of `r2art train`; or a model file of an older r2art, to be completed with the
-            shapes of its objects.
+            shapes of its objects, and to compute only what is asked for.
         out: The model file, for `r2art predict --model`.
         category: Those it shall know, where not all; the others then are nothing known to it.
     """

@@ -295,8 +295,8 @@ def occlude(
 ) -> tuple[Tensor, Tensor, Tensor]:
     """Cover an ellipse or a rectangle of some views, and of their masks, with something else."""
     n, size = len(image), image.shape[-1]
-    hide = chance.happens(0.3, n)[:, None, None]
-    center, radius = chance.uniform(0, 1, n, 2), chance.uniform(0.06, 0.25, n, 2)
+    hide = chance.happens(0.4, n)[:, None, None]
+    center, radius = chance.uniform(0, 1, n, 2), chance.uniform(0.06, 0.33, n, 2)
     is_round = chance.happens(0.5, n)[:, None, None]
 
     at = (torch.arange(size, device=image.device) + 0.5) / size

@@ -20,7 +20,7 @@ from r2art.method.shape import Prior, box_corners
 
 Some = TypeVar("Some", Crops, Views)
 
-REPROJECTION = 2.0
+REPROJECTION = 5.0
 """Weight of the corners over that of the directions, as the objective has it."""
 LABELS = ("part", "cam_T_part", "joint_state", "box_center", "box_size")
 

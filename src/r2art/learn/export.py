@@ -29,6 +29,7 @@ from r2art.data.prior import with_mesh
 from r2art.data.shards import write_atomically
 from r2art.learn import checkpoint, exported
 from r2art.learn.augment import CROP_MARGIN
+from r2art.learn.on_demand import is_on_demand, on_demand
 from r2art.method.estimate import estimate, within_limits
 from r2art.method.outputs import Network
 
@@ -89,17 +90,23 @@ class Graph(nn.Module):
 def output_names(network: Network, names: tuple[str, ...]) -> list[str]:
     """Names of the graph's outputs, for these categories."""
     segments = type(network).object_mask is not Network.object_mask
-    return [
-        *("found_box", "category_scores"),
-        *(f"{name}.{field}" for name in names for field in FIELDS),
-        *([MASK] if segments else []),
-    ]
+    groups = demands(names, segments=segments)
+    return ["found_box", "category_scores", *(output for group in groups for output in group)]
+
+
+def demands(names: Sequence[str], *, segments: bool) -> list[list[str]]:
+    """The outputs that are asked for together: of every category, and last the object's mask."""
+    of_categories = [[f"{name}.{field}" for field in FIELDS] for name in names]
+    return of_categories + [[MASK]] * segments
 
 
 def to_onnx(
     network: Network, facts: dict[str, Any], categories: tuple[Category, ...]
 ) -> onnx.ModelProto:
-    """The network with its tail as an ONNX model of these categories, all weights float32."""
+    """The network with its tail as an ONNX model of these categories, all weights float32.
+
+    What it estimates of a category is computed on demand, see `r2art.learn.on_demand`.
+    """
     size, names = network.input_size, tuple(c.name for c in categories)
     example = (
         torch.zeros((1, size, size, 3), dtype=torch.uint8),
@@ -125,7 +132,16 @@ def to_onnx(
     del model.metadata_props[:]
     meta = model.metadata_props.add()
     meta.key, meta.value = "r2art", json.dumps(metadata(network, facts, categories))
-    return model
+    return by_category(model)
+
+
+def by_category(model: onnx.ModelProto) -> onnx.ModelProto:
+    """A model of r2art, with what it estimates of a category computed on demand."""
+    if is_on_demand(model):
+        return model
+    names = [described["name"] for described in exported.metadata(model)["categories"]]
+    segments = any(output.name == MASK for output in model.graph.output)
+    return on_demand(model, demands(names, segments=segments))
 
 
 @contextmanager
@@ -198,19 +214,19 @@ def complete(category: Category) -> Category:
 
 
 def completed(model: onnx.ModelProto) -> onnx.ModelProto:
-    """The same model with complete priors of its categories."""
+    """The same model as today's would be: with complete priors, its categories on demand."""
     about = exported.metadata(model)
     for described in about["categories"]:
         if text := described.get("prior"):
             described["prior"] = prior_text.to_text(complete(prior_text.from_text(text)))
-    return exported.with_metadata(model, about)
+    return by_category(exported.with_metadata(model, about))
 
 
 def export(run: Path, out: Path, names: Sequence[str] = ()) -> None:
     """Write the averaged network of a run as ``out``.
 
     Args:
-        run: Of training; or a model file, which is written again with complete priors.
+        run: Of training; or a model file, which is written again as `completed`.
         out: The model file.
         names: Of the categories it shall know; none: all.
 

@@ -23,7 +23,7 @@ from r2art.method.shape import Prior, Shape, box_corners, deform, deformation_of
 class Weights:
     """How much each loss counts. The paper gives none but those inside the cascade."""
 
-    direction: float = 4.0
+    direction: float = 1.5
     offset: float = 4.0
     depth: float = 2.0
     joint: float = 4.0

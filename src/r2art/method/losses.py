@@ -19,8 +19,13 @@ ROBUST = 0.05
 def direction_loss(
     predicted: Float[Tensor, "*B 3"], true: Float[Tensor, "*B 3"]
 ) -> Float[Tensor, "*B"]:
-    """``1 − cos`` of the angle between two directions of any length, in [0, 2]."""
-    return 1 - F.cosine_similarity(predicted, true, dim=-1, eps=1e-6)
+    """Pseudo-Huber of the chord between two directions of any length: their angle, for small ones.
+
+    Linear from 3° on, so that objects seen the wrong way round do not outweigh the others, and
+    between two answers that are both likely it takes one, not the middle. In [0, 1.95].
+    """
+    chord_squared = 2 - 2 * F.cosine_similarity(predicted, true, dim=-1, eps=1e-6)
+    return (chord_squared + ROBUST**2).sqrt() - ROBUST
 
 
 def offset_loss(phi: Float[Tensor, "*B 2"], true: Float[Tensor, "*B 2"]) -> Float[Tensor, "*B"]:

@@ -56,6 +56,31 @@ def make_trunk(backbone: str, options: dict[str, Any]) -> tuple[nn.Module, list[
     return trunk, info.channels()
 
 
+def layers_up_to(trunk: nn.Module, stride: int) -> list[nn.Module]:
+    """Layers of a trunk that its features up to a stride are made by; 0: none.
+
+    Whatever the trunk is: they are those with parameters that these features have a gradient for.
+
+    Raises:
+        ValueError: It has no features at that stride.
+    """
+    if stride == 0:
+        return []
+    if stride not in STRIDES:
+        raise ValueError(
+            f"a trunk has features at strides {STRIDES}; none or one of them, not {stride}"
+        )
+    was_training = trunk.training
+    maps = trunk.eval()(torch.zeros(1, 3, STRIDES[-1], STRIDES[-1]))[: STRIDES.index(stride) + 1]
+    trunk.train(was_training)
+    parameters = list(trunk.parameters())
+    slopes = torch.autograd.grad([m.sum() for m in maps], parameters, allow_unused=True)
+    made_by = {id(p) for p, slope in zip(parameters, slopes, strict=True) if slope is not None}
+    return [
+        m for m in trunk.modules() if any(id(p) in made_by for p in m.parameters(recurse=False))
+    ]
+
+
 class Neck(nn.Module):
     """Four feature maps to one at stride 16 (for the summary) and one at stride 4 (dense)."""
 
@@ -130,7 +155,8 @@ class R2ArtNet(Network):
         width: Channels of the neck.
         backbone_options: Passed on to timm.
         pose_heads: Whether joint states or the parts' poses are regressed.
-        frozen_trunk: Whether the trunk stays as it is, in evaluation mode and without gradient.
+        frozen_to: The trunk's layers up to the features of this stride stay as they are, in
+            evaluation mode and without gradient; 32: all of it; 0: none.
     """
 
     def __init__(
@@ -141,12 +167,13 @@ class R2ArtNet(Network):
         width: int = 96,
         backbone_options: dict[str, Any] | None = None,
         pose_heads: PoseHeads = "joint",
-        frozen_trunk: bool = False,
+        frozen_to: int = 0,
     ) -> None:
         super().__init__(categories, input_size)
         self.trunk, channels = make_trunk(backbone, backbone_options or {})
-        self.trunk.requires_grad_(not frozen_trunk)
-        self.frozen_trunk = frozen_trunk
+        self.frozen = layers_up_to(self.trunk, frozen_to)
+        for layer in self.frozen:
+            layer.requires_grad_(False)
         sides = (input_size // stride for stride in STRIDES)
         self.map_shapes = [(c, side, side) for c, side in zip(channels, sides, strict=True)]
         self.neck = Neck(channels, width)
@@ -162,10 +189,10 @@ class R2ArtNet(Network):
         )
 
     def train(self, mode: bool = True) -> "R2ArtNet":
-        """Training mode, except for a frozen trunk."""
+        """Training mode, except for frozen layers."""
         super().train(mode)
-        if self.frozen_trunk:
-            self.trunk.eval()
+        for layer in self.frozen:
+            layer.eval()
         return self
 
     @torch.no_grad()
@@ -189,8 +216,8 @@ class R2ArtNet(Network):
     ) -> TrainingOutput:
         """One training pass: equally many crops of each category, and whole photos of any.
 
-        All go through the trunk together, so that its batch statistics fit all; where it is
-        frozen, ``offline`` is what it says of crops and photos, if that is known.
+        All go through the trunk together, so that its batch statistics fit all; where all of it
+        is frozen, ``offline`` is what it says of crops and photos, if that is known.
         """
         if offline is None:
             p4, p16 = self.features(torch.cat([crop, photo]))

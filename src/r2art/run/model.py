@@ -25,6 +25,8 @@ PHOTO_OUTPUTS = ("found_box", "category_scores")
 PART_OUTPUTS = ("cam_T_part", "box_center", "box_size", "confidence")
 JOINT_OUTPUTS = ("joint_state", "axis", "pivot")
 MASK = "object_mask"
+ASKED = "asked"
+"""Optional input: whether to compute what it says of each category, and the mask."""
 
 
 @dataclass(frozen=True)
@@ -95,6 +97,9 @@ class Model:
         self._outputs = {o.name for o in self._session.get_outputs()}
         of_cameras = [i.shape[0] for i in self._session.get_inputs() if i.name == "K"]
         self._takes_cameras = of_cameras != [1]  # older files look through one at a time
+        # Older files compute everything, whatever is asked for.
+        optional = {i.name for i in self._session.get_overridable_initializers()}
+        self._computes_what_is_asked = ASKED in optional
         try:
             metadata = json.loads(self._session.get_modelmeta().custom_metadata_map["r2art"])
             found = metadata["format"]
@@ -174,6 +179,9 @@ class Model:
             "K": np.stack([camera.K for camera in cameras]).astype(np.float32),
             "box": np.tile(np.asarray(box, np.float32), (len(cameras), 1)),
         }
+        if self._computes_what_is_asked:
+            asked = [not set(names).isdisjoint(c.outputs) for c in self.categories]
+            inputs[ASKED] = np.array(asked + [MASK in names] * self.segments)
         found = zip(names, map(np.asarray, self._session.run(list(names), inputs)), strict=True)
         return {n: v if n == MASK else _decimal(v) for n, v in found}
 

@@ -7,7 +7,7 @@ mask, the mask is taken to know nothing.
 
 import numpy as np
 from numpy.typing import NDArray
-from PIL import Image, ImageDraw, ImageFilter
+from PIL import Image, ImageDraw
 
 from r2art.run.refinement.body import Body
 from r2art.run.refinement.pose import Posed
@@ -76,5 +76,8 @@ def _chain(points: list[tuple[float, float]]) -> list[tuple[float, float]]:
 
 def _grown(pixels: Pixels, by: int) -> Pixels:
     """With all pixels that are no farther away along rows and columns."""
-    image = Image.fromarray(255 * pixels.astype(np.uint8))
-    return np.asarray(image.filter(ImageFilter.MaxFilter(2 * by + 1))) > 0
+    for axis in (0, 1):
+        rows = np.moveaxis(pixels, axis, 0)
+        count = np.cumsum(np.pad(rows, ((by + 1, by), (0, 0))), axis=0, dtype=np.int32)
+        pixels = np.moveaxis(count[2 * by + 1 :] > count[: -2 * by - 1], 0, axis)
+    return pixels
