@@ -6,11 +6,12 @@ import numpy as np
 import onnx
 import pytest
 import torch
+from onnx import numpy_helper
 
-from r2art.core.errors import ModelError
+from r2art.core.errors import ModelError, UsageError
 from r2art.learn import checkpoint, exported
 from r2art.learn.batches import Batches
-from r2art.learn.export import FIELDS, Graph
+from r2art.learn.export import FIELDS, Graph, export
 from r2art.learn.recipes import recipe_of
 from r2art.method.outputs import Network
 
@@ -139,3 +140,41 @@ def test_another_network_is_refused_and_changes_nothing(fresh, model_file, input
         exported.load_exported(other, model_file, inputs)
     for key, value in other.state_dict().items():
         np.testing.assert_array_equal(value, before[key])
+
+
+@pytest.fixture
+def changed(model_file, tmp_path):
+    """The model file with other weights, which it makes of those given."""
+
+    def make(change):
+        model = onnx.load(model_file)
+        for tensor in model.graph.initializer:
+            if tensor.name.startswith(exported.PREFIX):
+                array = change(numpy_helper.to_array(tensor)).astype(np.float16)
+                tensor.CopyFrom(numpy_helper.from_array(array, tensor.name))
+        path = tmp_path / "changed.onnx"
+        onnx.save(model, path)
+        return path
+
+    return make
+
+
+def test_a_blend_lies_halfway(run, model_file, changed, tmp_path):
+    export(run, tmp_path / "blend.onnx", blend=changed(lambda w: 3 * w))
+    own, blend = exported.weights(model_file), exported.weights(tmp_path / "blend.onnx")
+    assert own.keys() == blend.keys()
+    for name, weight in own.items():
+        torch.testing.assert_close(blend[name], 2 * weight, rtol=2e-3, atol=1e-4, msg=name)
+    told = exported.facts(tmp_path / "blend.onnx")["blend"]
+    assert told["model"] == "changed.onnx"
+
+
+def test_only_a_model_of_the_same_network_is_blended_in(run, model_file, changed, tmp_path):
+    out = tmp_path / "blend.onnx"
+    with pytest.raises(ModelError, match="the model that the run started from"):
+        export(run, out, blend=changed(lambda w: w.ravel()))
+    with pytest.raises(ModelError, match="cannot be blended in"):
+        export(run, out, ["laptop"], blend=model_file)
+    with pytest.raises(UsageError, match="into a run"):
+        export(model_file, out, blend=model_file)
+    assert not out.exists()

@@ -185,6 +185,7 @@ def export(
     *,
     out: Path = Path("r2art.onnx"),
     category: Annotated[tuple[str, ...], arg(metavar="NAME...", help_behavior_hint="")] = (),
+    blend: Annotated[Path | None, arg(metavar="MODEL", help_behavior_hint="")] = None,
 ) -> int:
     """Write a trained run as one self-contained ONNX file.
 
@@ -193,11 +194,13 @@ def export(
             shapes of its objects, and to compute only what is asked for.
         out: The model file, for `r2art predict --model`.
         category: Those it shall know, where not all; the others then are nothing known to it.
+        blend: The model file that the run started from (`r2art train --init`): the weights halfway
+            between both often do better than either. Calibrate the result.
     """
     from r2art.learn.export import export as write
     from r2art.run.report import say
 
-    write(run, out, category)
+    write(run, out, category, blend)
     say("written", f"{out} ({out.stat().st_size / 1e6:.1f} MB)")
     return 0
 

@@ -222,19 +222,24 @@ def completed(model: onnx.ModelProto) -> onnx.ModelProto:
     return by_category(exported.with_metadata(model, about))
 
 
-def export(run: Path, out: Path, names: Sequence[str] = ()) -> None:
+def export(run: Path, out: Path, names: Sequence[str] = (), blend: Path | None = None) -> None:
     """Write the averaged network of a run as ``out``.
 
     Args:
         run: Of training; or a model file, which is written again as `completed`.
         out: The model file.
         names: Of the categories it shall know; none: all.
+        blend: A model file, to whose weights the run's are brought halfway.
 
     Raises:
-        UsageError: The run knows no category of such a name, or ``names`` are for a model file.
+        UsageError: The run knows no category of such a name; or ``names`` or ``blend`` are for a
+            model file.
+        ModelError: ``blend`` does not fit, see `r2art.learn.exported.blended`.
     """
     if run.is_file() and names:
         raise UsageError(f"categories can be chosen from a run, not from the model file {run}")
+    if run.is_file() and blend:
+        raise UsageError(f"a model is blended into a run, not into the model file {run}")
     if run.is_file():
         write_atomically(out, completed(exported.read_model(run)).SerializeToString())
         return
@@ -244,6 +249,11 @@ def export(run: Path, out: Path, names: Sequence[str] = ()) -> None:
         raise UsageError(f"{run} knows no {', '.join(odd)}; it knows {', '.join(network.names)}")
     chosen = [name for name in network.names if not names or name in names]
     categories = tuple(complete(Category.load(run / f"{name}.npz")) for name in chosen)
-    model = store_half(to_onnx(network, facts, categories))
+    if blend is not None:
+        facts["blend"] = exported.facts(blend)
+    model = to_onnx(network, facts, categories)
+    if blend is not None:
+        model = exported.blended(model, blend)
+    model = store_half(model)
     onnx.checker.check_model(model)
     write_atomically(out, model.SerializeToString())

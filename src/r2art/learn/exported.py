@@ -46,7 +46,7 @@ def load_exported(network: R2ArtNet, path: Path, inputs: Sequence[Any]) -> None:
     Raises:
         ModelError: It is no such file, or of another network.
     """
-    given = _tensors(path)
+    given = weights(path)
     state, folded = network.state_dict(), []
     names = {id(module): name for name, module in network.named_modules()}
     for conv, norm in _normalised(network, inputs):
@@ -85,6 +85,37 @@ def with_metadata(model: onnx.ModelProto, about: dict[str, Any]) -> onnx.ModelPr
     return result
 
 
+def blended(model: onnx.ModelProto, path: Path) -> onnx.ModelProto:
+    """A model whose weights are the means of its own and of another's that it went on from.
+
+    Two ends of one training are often both worse than what lies between them (Wortsman et al.,
+    "Model soups", 2022).
+
+    Args:
+        model: With float32 weights.
+        path: The other; its categories must be the same.
+
+    Raises:
+        ModelError: It is no model file, or its weights are others.
+    """
+    other = weights(path)
+    result = onnx.ModelProto()
+    result.CopyFrom(model)
+    own = [t for t in result.graph.initializer if t.name.startswith(PREFIX)]
+    for tensor in own:
+        before = numpy_helper.to_array(tensor)
+        met = other.pop(tensor.name.removeprefix(PREFIX), None)
+        if met is None or met.shape != before.shape:
+            raise ModelError(
+                f"{path} cannot be blended in: it has no {tensor.name} like that of the run; give "
+                "the model that the run started from"
+            )
+        tensor.CopyFrom(numpy_helper.from_array((before + met.numpy()) / 2, tensor.name))
+    if other:
+        raise ModelError(f"{path} cannot be blended in: it knows more, for instance {min(other)}")
+    return result
+
+
 def _is_shared(key: str) -> bool:
     own = ("heads.", "category_logits.", *MAY_LACK)
     return not key.startswith(own) and not key.endswith("num_batches_tracked")
@@ -105,8 +136,12 @@ def read_model(path: Path) -> onnx.ModelProto:
     return model
 
 
-def _tensors(path: Path) -> dict[str, Tensor]:
-    """The file's weights by their names in the network, as float32."""
+def weights(path: Path) -> dict[str, Tensor]:
+    """The weights of a file of `r2art export` by their names in the network, as float32.
+
+    Raises:
+        ModelError: It is none.
+    """
     return {
         t.name.removeprefix(PREFIX).removesuffix(HALF): torch.from_numpy(
             numpy_helper.to_array(t).astype(np.float32)
