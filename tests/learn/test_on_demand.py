@@ -34,6 +34,7 @@ def family() -> onnx.ModelProto:
         helper.make_node("Sqrt", ["shared"], ["root"]),
         helper.make_node("Neg", ["shared"], ["minus"]),
         helper.make_node("Mul", ["minus", "four"], ["much"]),
+        helper.make_node("Neg", ["root"], ["for_nobody"]),
     ]
     graph = helper.make_graph(
         nodes,

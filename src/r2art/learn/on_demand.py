@@ -75,6 +75,8 @@ def _by_need(
     for node in reversed(graph.node):
         if fixed.isdisjoint(node.output):
             needed_by = frozenset[int]().union(*(needs[name] for name in node.output))
+            if not needed_by:  # by nothing at all
+                continue
         else:
             needed_by = frozenset[int]()
             fixed |= set(node.input)
@@ -95,27 +97,23 @@ def _branch(
 ) -> list[NodeProto]:
     """An `If` that runs the nodes where one of the groups is asked for, and what decides it."""
     name = f"{ASKED}_{'_'.join(map(str, needed_by))}"
-    index, count, any_of = f"{name}_index", f"{name}_count", f"{name}_any"
+    index, bits, ints, most, any_of = (
+        f"{name}_{k}" for k in ("index", "bits", "ints", "most", "any")
+    )
     hidden = {v.name: f"{name}/{v.name}" for v in made}  # an outer name must not be made within
     inner = [_renamed(node, hidden) for node in nodes]
     computed = [helper.make_value_info(hidden[v.name], v.type) for v in made]
-    none = [f"{name}/none/{v.name}" for v in made]
-    empty = [
-        helper.make_node("Constant", [], [k], value=_nothing(v, k))
-        for k, v in zip(none, made, strict=True)
-    ]
-    absent = [
-        helper.make_tensor_value_info(k, v.type.tensor_type.elem_type, list(_nothing(v, k).dims))
-        for k, v in zip(none, made, strict=True)
-    ]
+    nothing = [_nothing(v, f"{name}/none/{v.name}") for v in made]
+    empty = [helper.make_node("Constant", [], [t.name], value=t) for t in nothing]
+    absent = [helper.make_tensor_value_info(t.name, t.data_type, list(t.dims)) for t in nothing]
     return [
         helper.make_node(
             "Constant", [], [index], value=numpy_helper.from_array(np.array(needed_by), index)
         ),
-        helper.make_node("Gather", [ASKED, index], [f"{name}_bits"]),
-        helper.make_node("Cast", [f"{name}_bits"], [f"{name}_ints"], to=TensorProto.INT32),
-        helper.make_node("ReduceMax", [f"{name}_ints"], [count], keepdims=0),
-        helper.make_node("Cast", [count], [any_of], to=TensorProto.BOOL),
+        helper.make_node("Gather", [ASKED, index], [bits]),
+        helper.make_node("Cast", [bits], [ints], to=TensorProto.INT32),
+        helper.make_node("ReduceMax", [ints], [most], keepdims=0),
+        helper.make_node("Cast", [most], [any_of], to=TensorProto.BOOL),
         helper.make_node(
             "If",
             [any_of],
