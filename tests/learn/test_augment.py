@@ -273,7 +273,7 @@ def test_what_covers_the_picture_covers_the_masks():
     covered, left, still = augment.occlude(image, part, seen, chance(), None)
     changed = (covered != 0).any(dim=1, keepdim=True).float()
     hidden = changed.flatten(1).any(dim=1)
-    assert 0.2 < hidden.float().mean() < 0.4
+    assert 0.3 < hidden.float().mean() < 0.5
     free = 1 - torch.nn.functional.avg_pool2d(changed, augment.MASK_STRIDE)
     assert ((free > 0) & (free < 1)).any()  # at the edge of what covers it
     torch.testing.assert_close(still, free * seen)
