@@ -145,6 +145,12 @@ def test_layers_up_to_a_stride_can_stay_as_they_are(chest, inputs, backbone):
     assert not torch.allclose(maps[2], of_eval[2])
 
 
+def test_nothing_in_a_frozen_trunk_is_left_to_chance(chest):
+    network = make((chest,), frozen_to=32, backbone_options={"drop_path_rate": 0.5}).train()
+    assert not any(layer.training for layer in network.trunk.modules())
+    assert network.neck.training
+
+
 def test_a_trunk_can_only_be_frozen_where_it_has_features(chest):
     with pytest.raises(ValueError, match="not 2"):
         make((chest,), frozen_to=2)

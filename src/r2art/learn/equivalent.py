@@ -21,7 +21,7 @@ from r2art.method.shape import Prior, box_corners
 Some = TypeVar("Some", Crops, Views)
 
 REPROJECTION = 5.0
-"""Weight of the corners over that of the directions, as the objective has it."""
+"""Weight of the corners over that of the directions, roughly as the objective has it."""
 LABELS = ("part", "cam_T_part", "joint_state", "box_center", "box_size")
 
 

@@ -82,8 +82,8 @@ def _by_need(
             fixed |= set(node.input)
         for name in node.input:
             needs[name] |= needed_by
-        members[needed_by].insert(0, node)
-    return dict(members)
+        members[needed_by].append(node)
+    return {needed_by: nodes[::-1] for needed_by, nodes in members.items()}
 
 
 def _kinds(model: onnx.ModelProto) -> dict[str, ValueInfoProto]:

@@ -66,6 +66,8 @@ def layers_up_to(trunk: nn.Module, stride: int) -> list[nn.Module]:
     """
     if stride == 0:
         return []
+    if stride == STRIDES[-1]:
+        return [trunk]  # layers without parameters as well
     if stride not in STRIDES:
         raise ValueError(
             f"a trunk has features at strides {STRIDES}; none or one of them, not {stride}"
