@@ -20,7 +20,7 @@ from r2art.method import se3
 from r2art.method.depth import translation_targets, viewing_ray
 from r2art.method.estimate import Estimate, estimate, share_from_state
 from r2art.method.kinematics import forward_kinematics
-from r2art.method.outputs import CropOutput, RawEstimate
+from r2art.method.outputs import CropOutput, DenseOutput, RawEstimate
 from r2art.method.projection import box_of_points, project
 from r2art.method.rotation import egocentric_to_allocentric
 from r2art.method.shape import Deformation, Prior, deform, deformation_of
@@ -90,6 +90,7 @@ def random_crops(category: Category, seed: int = 0, *, varied: bool = True) -> C
         image=torch.zeros(B, 3, SIZE, SIZE),
         part=values[torch.randint(len(values), (B, SIDE, SIDE))],
         seen=torch.zeros(B, 1, SIDE, SIDE),
+        coordinates=torch.rand(B, 3, SIDE, SIDE, dtype=DOUBLE) - 0.5,
         K=K,
         box=box,
         cam_T_part=poses,
@@ -140,6 +141,7 @@ def test_labels_agree_with_those_of_the_evaluation(request, name):
     known = request.getfixturevalue(name)
     crops = random_crops(known)
     other = relabelled(crops, known.symmetry, [j.parent for j in known.joints])
+    of_objects = [label for label in LABELS if label not in ("part", "coordinates")]
     for b in range(B):
         sample = Sample(
             image=np.zeros((SIDE, SIDE, 3), np.uint8),
@@ -150,13 +152,30 @@ def test_labels_agree_with_those_of_the_evaluation(request, name):
             pivot=np.array([j.pivot for j in known.joints]),
             visible=np.ones(len(known.part_names)),
             box=crops.box[b].numpy(),
-            **{label: getattr(crops, label)[b].numpy() for label in LABELS if label != "part"},
+            **{label: getattr(crops, label)[b].numpy() for label in of_objects},
         )
         expected = of_evaluation.relabelled(sample, known)
         assert np.array_equal(other.part[b].numpy(), expected.mask)
-        for label in LABELS[1:]:
+        for label in of_objects:
             actual = getattr(other, label)[b].numpy()
             np.testing.assert_allclose(actual, getattr(expected, label), atol=1e-12, err_msg=label)
+
+
+@pytest.mark.parametrize("name", ["category", "glasses"])
+def test_places_show_the_same_points_under_other_names(request, name):
+    known = request.getfixturevalue(name)
+    crops = random_crops(known)
+    other = relabelled(crops, known.symmetry, [j.parent for j in known.joints])
+    torch.testing.assert_close(points_of(other), points_of(crops), rtol=0, atol=1e-9)
+
+
+def points_of(crops: Crops) -> torch.Tensor:
+    """(N, 3) what all places that are of a part show, in the camera frame."""
+    is_part = (crops.part > 0) & (crops.part <= crops.box_size.shape[1])
+    sample, part = is_part.nonzero()[:, 0], crops.part[is_part] - 1
+    share = crops.coordinates.movedim(1, -1)[is_part]
+    at_rest = crops.box_center[sample, part] + share * crops.box_size[sample, part]
+    return se3.transform(crops.cam_T_part[sample, part], at_rest[:, None])[:, 0]
 
 
 @pytest.mark.parametrize("name", ["category", "glasses"])
@@ -207,7 +226,11 @@ def even(category) -> Category:
 
 def loss_terms(prior: Prior, said: Crops, given: Crops, part_logits: torch.Tensor) -> dict:
     """Of a network that says one label and is taught another."""
-    output = CropOutput(raw=raw_of(prior, said), part_logits=part_logits, object_logits=None)
+    log_deviation = torch.zeros(B, SIDE, SIDE, dtype=DOUBLE)
+    dense = DenseOutput(
+        part_logits=part_logits, coordinates=said.coordinates, log_deviation=log_deviation
+    )
+    output = CropOutput(raw=raw_of(prior, said), dense=dense, object_logits=None)
     return crop_losses(prior, output, given, None, WHOLE_CASCADE)[0]
 
 
@@ -221,7 +244,8 @@ def test_the_loss_does_not_depend_on_which_label_is_given_or_said(even):
     swapped = logits[:, [0, 2, 1]]
     first = loss_terms(prior, crops, crops, logits)
     assert {"direction", "offset", "joint", "shape", "reprojection", "part_mask"} < set(first)
-    assert first["direction"] < 1e-6
+    assert {"coordinates", "correspondence"} < set(first)
+    assert max(first["direction"], first["coordinates"]) < 1e-6
     for again in (
         loss_terms(prior, crops, other, logits),
         loss_terms(prior, other, crops, swapped),

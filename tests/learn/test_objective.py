@@ -2,16 +2,19 @@
 
 from dataclasses import fields, replace
 
+import numpy as np
 import pytest
 import torch
 
 from r2art.learn.augment import MASK_STRIDE, Crops, Views, crops
 from r2art.learn.chance import Chance
+from r2art.learn.coordinates import is_known
 from r2art.learn.memory import Photos
 from r2art.learn.objective import (
     CascadeOptions,
     Weights,
     cascade_term,
+    coordinate_losses,
     corners_in_camera,
     is_right,
     mask_loss,
@@ -24,7 +27,14 @@ from r2art.method import se3
 from r2art.method.depth import translation_targets, viewing_ray
 from r2art.method.estimate import estimate, share_from_state
 from r2art.method.kinematics import forward_kinematics
-from r2art.method.outputs import CropOutput, NodePoses, RawEstimate, TrainingOutput
+from r2art.method.outputs import (
+    LOG_DEVIATION,
+    CropOutput,
+    DenseOutput,
+    NodePoses,
+    RawEstimate,
+    TrainingOutput,
+)
 from r2art.method.projection import box_of_points, project
 from r2art.method.rotation import egocentric_to_allocentric
 from r2art.method.shape import Prior, Shape, deformation_of
@@ -84,7 +94,11 @@ def right_output(raw: RawEstimate, true: Crops, views: Views, category) -> Train
     classes = torch.nn.functional.one_hot(part_classes(true), true.box_size.shape[1] + 1)
     of_crops = CropOutput(
         raw=raw,
-        part_logits=SURE * classes.movedim(-1, 1).float(),
+        dense=DenseOutput(
+            part_logits=SURE * classes.movedim(-1, 1).float(),
+            coordinates=true.coordinates,
+            log_deviation=torch.full_like(true.coordinates[:, 0], -1.0),
+        ),
         object_logits=SURE * (2 * true.seen - 1),
     )
     return TrainingOutput(
@@ -115,9 +129,42 @@ def test_every_loss_vanishes_at_the_truth(truth):
     output = right_output(raw_truth(prior, true), true, views, category)
     total, terms, _ = asked(prior, output, true, views, category, Weights(), None)
     assert set(terms) == {f.name for f in fields(Weights)} - {"cascade"}
+    surest = float(terms.pop("correspondence"))  # of a density, whose logarithm has no bound
+    assert surest == pytest.approx(0.1 * np.exp(-LOG_DEVIATION[0]) + 2 * LOG_DEVIATION[0], rel=0.01)
     for name, value in terms.items():
         assert abs(float(value)) < 1e-4, name
-    assert abs(float(total)) < 1e-3
+    assert float(total) == pytest.approx(Weights().correspondence * surest, abs=1e-3)
+
+
+def test_places_are_to_know_how_far_off_they_are(truth):
+    """Off by d px, the loss is least where they say d / 2; beyond the object they say nothing."""
+    prior, true = truth
+    views, category = some_views()
+    output = right_output(raw_truth(prior, true), true, views, category)
+    exact = output.crops[NAME].dense
+    off = exact.coordinates + torch.tensor([0.1, 0, 0])[:, None, None]
+
+    def losses_of(**said: torch.Tensor) -> dict[str, float]:
+        terms = coordinate_losses(replace(exact, **said), true)
+        return {k: float(v) for k, v in terms.items()}
+
+    assert losses_of(coordinates=off)["coordinates"] > 0.01
+    unsure = torch.zeros_like(exact.log_deviation)
+    by_log = {s: losses_of(coordinates=off, log_deviation=unsure + s) for s in (-1.0, 0.5, 4.0)}
+    assert by_log[0.5]["correspondence"] < min(by_log[s]["correspondence"] for s in (-1.0, 4.0))
+    unknown = ~is_known(true.coordinates.movedim(1, -1))[:, None]
+    assert unknown.any()
+    beyond = torch.where(unknown, 9.0, exact.coordinates)
+    assert losses_of(coordinates=beyond) == losses_of()
+
+
+def test_no_place_shows_a_part(truth):
+    prior, true = truth
+    true = replace(true, part=torch.zeros_like(true.part))
+    views, category = some_views()
+    dense = right_output(raw_truth(prior, true), true, views, category).crops[NAME].dense
+    terms = coordinate_losses(dense, true)
+    assert float(terms["coordinates"]) == float(terms["correspondence"]) == 0
 
 
 def part_centric_truth(prior: Prior, true: Crops, shape: Shape) -> RawEstimate:
@@ -138,6 +185,7 @@ def test_every_part_centric_loss_vanishes_at_the_truth(truth):
     output = right_output(raw, true, views, category)
     _, terms, _ = asked(prior, output, true, views, category, Weights(), None)
     assert set(terms) == {f.name for f in fields(Weights)} - {"cascade", "joint"}
+    del terms["correspondence"]  # not 0, see above
     for name, value in terms.items():
         assert abs(float(value)) < 1e-4, name
     found = estimate(prior, raw, true.box, true.K)
@@ -161,10 +209,11 @@ def test_a_network_without_dense_heads_has_no_dense_losses(truth):
     prior, true = truth
     views, category = some_views()
     output = right_output(raw_truth(prior, true), true, views, category)
-    of_crops = replace(output.crops[NAME], part_logits=None, object_logits=None)
+    of_crops = replace(output.crops[NAME], dense=None, object_logits=None)
     output = replace(output, crops={NAME: of_crops}, object_logits=None)
     _, terms, _ = asked(prior, output, true, views, category, Weights(), PIXELS)
-    assert {"part_mask", "object_mask", "photo_mask"}.isdisjoint(terms)
+    dense = {"part_mask", "coordinates", "correspondence", "object_mask", "photo_mask"}
+    assert dense.isdisjoint(terms)
     assert {"cascade", "found_box", "joint"} <= set(terms)
 
 
@@ -210,7 +259,11 @@ def random_output(prior: Prior, true: Crops, views: Views, spread: float = 1.0) 
     box = (views.box + 3 * torch.randn_like(views.box)).requires_grad_()
     of_crops = CropOutput(
         raw=raw,
-        part_logits=leaf(n, num_parts + 1, SIDE, SIDE),
+        dense=DenseOutput(
+            part_logits=leaf(n, num_parts + 1, SIDE, SIDE),
+            coordinates=leaf(n, 3, SIDE, SIDE),
+            log_deviation=leaf(n, SIDE, SIDE),
+        ),
         object_logits=leaf(n, 1, SIDE, SIDE),
         category_logits=leaf(n, 3),
     )
@@ -252,7 +305,8 @@ def test_every_output_is_taught_with_finite_gradients(truth, pixels):
     total.backward()
     of_crops = output.crops[NAME]
     leaves = {k: v for k, v in vars(of_crops.raw).items() if k != "nodes"}
-    leaves |= {f"{k} of crops": v for k, v in vars(of_crops).items() if k != "raw"}
+    leaves |= vars(of_crops.dense) | {"mask": of_crops.object_logits}
+    leaves |= {"category of crops": of_crops.category_logits}
     leaves |= {k: v for k, v in vars(output).items() if k != "crops"}
     for name, leaf in leaves.items():
         assert torch.isfinite(leaf.grad).all(), name

@@ -54,7 +54,10 @@ def test_another_backbone_is_another_word(cubes, chest, inputs, backbone):
             "center_shift": (CROPS, num_parts, 3),
             "confidence_logit": (CROPS, num_parts),
         }
-        assert of_crops.part_logits.shape == (CROPS, num_parts + 1, SIZE // 4, SIZE // 4)
+        places = (SIZE // 4, SIZE // 4)
+        assert of_crops.dense.part_logits.shape == (CROPS, num_parts + 1, *places)
+        assert of_crops.dense.coordinates.shape == (CROPS, 3, *places)
+        assert of_crops.dense.log_deviation.shape == (CROPS, *places)
         assert of_crops.object_logits.shape == (CROPS, 1, SIZE // 4, SIZE // 4)
         assert output.found_box.shape == (PHOTOS, 4)
         assert output.category_logits.shape == (PHOTOS, 3)
@@ -204,10 +207,9 @@ def test_categories_asked_together_say_what_each_says_alone(cubes, chest, inputs
         expected, found = alone.crops[name], together.crops[name]
         for key, value in numbers(expected.raw).items():
             torch.testing.assert_close(numbers(found.raw)[key], value, rtol=0, atol=1e-4)
-        for key in ("part_logits", "object_logits"):
-            torch.testing.assert_close(
-                getattr(found, key), getattr(expected, key), rtol=0, atol=1e-4
-            )
+        dense = [vars(said.dense) | {"object": said.object_logits} for said in (found, expected)]
+        for key, value in dense[1].items():
+            torch.testing.assert_close(dense[0][key], value, rtol=0, atol=1e-4)
         torch.testing.assert_close(together.object_logits, alone.object_logits, rtol=0, atol=1e-4)
     with pytest.raises(ValueError, match="zip"):
         network(("chest", "cubes"), image, box, K, photo)  # three crops of two categories
@@ -232,8 +234,9 @@ def test_numbers_that_become_poses_are_float32_in_mixed_precision(cubes, inputs)
     with torch.autocast("cpu", torch.bfloat16):
         output = make((cubes,))(("cubes",), image, box, K, photo)
     of_crops = output.crops["cubes"]
-    assert of_crops.part_logits.dtype == torch.bfloat16  # the rest is cheap
-    for key, value in numbers(of_crops.raw).items():
+    assert of_crops.dense.part_logits.dtype == torch.bfloat16  # the rest is cheap
+    of_places = {k: v for k, v in vars(of_crops.dense).items() if k != "part_logits"}
+    for key, value in (numbers(of_crops.raw) | of_places).items():
         assert value.dtype == torch.float32, key
     assert output.found_box.dtype == torch.float32
 

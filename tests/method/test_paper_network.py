@@ -63,7 +63,7 @@ def test_every_backbone_is_one_word(chest, inputs, features, depth, joint):
     assert output.found_box.shape == (PHOTOS, 4)
     assert output.category_logits.shape == (PHOTOS, 2)
     of_crops = output.crops["chest"]
-    assert of_crops.part_logits is of_crops.object_logits is output.object_logits is None
+    assert of_crops.dense is of_crops.object_logits is output.object_logits is None
     everything = {name.split(".")[0] for name, _ in network.named_parameters()}
     assert taught(network, output) == everything - {"frozen"}
 

@@ -14,6 +14,7 @@ from torch.nn import functional as F
 
 from r2art.data.sample import BACKDROP
 from r2art.learn.chance import Chance
+from r2art.learn.coordinates import shares_of
 from r2art.learn.faults import camera_faults
 from r2art.learn.memory import Photos, Picked, joined
 from r2art.learn.relabel import poses_through
@@ -31,13 +32,15 @@ class Crops:
 
     ``index`` says which photos of the category's they are from. ``part`` are the photo's mask
     values (`r2art.data.sample.Sample.mask`), ``seen`` is the share of each place that shows the
-    object.
+    object, ``coordinates`` where on its part it lies (`r2art.learn.coordinates`), if that
+    is known.
     """
 
     index: Int[Tensor, " B"]
     image: Float[Tensor, "B 3 S S"]
     part: Int[Tensor, "B s s"]
     seen: Float[Tensor, "B 1 s s"]
+    coordinates: Float[Tensor, "B 3 s s"]
     K: Float[Tensor, "B 3 3"]
     box: Float[Tensor, "B 4"]
     cam_T_part: Float[Tensor, "B P 4 4"]
@@ -108,7 +111,9 @@ def crops_of(
     corner = center - half
     window = torch.cat([corner, center + half], dim=1)
     view = sample_window(image, window, size)
-    part = sample_window(mask[:, None], window, size // MASK_STRIDE, "nearest")
+    stored = torch.cat([mask[:, None], picked.coordinates.float()], dim=1)
+    stored = sample_window(stored, window, size // MASK_STRIDE, "nearest")
+    part, coordinates = stored[:, :1], shares_of(stored[:, 1:])
     seen = shares(sample_window(shows_object(mask), window, size))
     zoom = size / (2 * half)
     of_photo = torch.cat([photos.K[index] for photos, index in chosen]).to(chance.device)
@@ -122,6 +127,7 @@ def crops_of(
         "image": view,
         "part": part[:, 0].long(),
         "seen": seen,
+        "coordinates": coordinates,
         "K": K,
         "box": (box - corner.repeat(1, 2)) * zoom,
     }

@@ -22,7 +22,7 @@ Some = TypeVar("Some", Crops, Views)
 
 REPROJECTION = 5.0
 """Weight of the corners over that of the directions, roughly as the objective has it."""
-LABELS = ("part", "cam_T_part", "joint_state", "box_center", "box_size")
+LABELS = ("part", "coordinates", "cam_T_part", "joint_state", "box_center", "box_size")
 
 
 def better_labels(prior: Prior, found: Estimate, crops: Crops) -> Crops:
@@ -54,6 +54,7 @@ def relabelled(crops: Crops, symmetry: Symmetry, parents: Sequence[int]) -> Crop
     return replace(
         crops,
         part=renamed(crops.part, swap),
+        coordinates=_turned(crops.coordinates.movedim(1, -1), symmetry).movedim(-1, 1),
         cam_T_part=se3.from_rotation_translation(R, t),
         joint_state=taken(crops.joint_state, symmetry.joint_swap(parents)),
         box_center=_turned(center - origin, symmetry),

@@ -28,9 +28,10 @@ BIAS = ".weight_bias"
 HALF = "_half"
 MAY_LACK = (
     *("neck.lateral.0.", "neck.at_8.", "neck.fine_lateral.", "neck.narrow.", "neck.at_4."),
-    "object_logits.",
+    *("object_logits.", "decoder."),
 )
-"""Layers that a file may lack: those of the object's mask, which older files do not have."""
+SURFACE = ".surface."
+"""Layers that a file may lack: those of dense heads, which older files do not have."""
 
 
 def load_exported(network: R2ArtNet, path: Path, inputs: Sequence[Any]) -> None:
@@ -93,7 +94,8 @@ def blended(model: onnx.ModelProto, path: Path) -> onnx.ModelProto:
 
     Args:
         model: With float32 weights.
-        path: The other; its categories must be the same.
+        path: The other; its categories must be the same. Dense heads that it lacks stay as the
+            model has them.
 
     Raises:
         ModelError: It is no model file, or its weights are others.
@@ -104,7 +106,10 @@ def blended(model: onnx.ModelProto, path: Path) -> onnx.ModelProto:
     own = [t for t in result.graph.initializer if t.name.startswith(PREFIX)]
     for tensor in own:
         before = numpy_helper.to_array(tensor)
-        met = other.pop(tensor.name.removeprefix(PREFIX), None)
+        name = tensor.name.removeprefix(PREFIX)
+        if name not in other and _is_dense(name):
+            continue
+        met = other.pop(name, None)
         if met is None or met.shape != before.shape:
             raise ModelError(
                 f"{path} cannot be blended in: it has no {tensor.name} like that of the run; give "
@@ -119,6 +124,10 @@ def blended(model: onnx.ModelProto, path: Path) -> onnx.ModelProto:
 def _is_shared(key: str) -> bool:
     own = ("heads.", "category_logits.", *MAY_LACK)
     return not key.startswith(own) and not key.endswith("num_batches_tracked")
+
+
+def _is_dense(key: str) -> bool:
+    return key.startswith(MAY_LACK) or SURFACE in key
 
 
 def read_model(path: Path) -> onnx.ModelProto:

@@ -20,6 +20,7 @@ from r2art.core.category import Category
 from r2art.core.errors import InputError
 from r2art.data.sample import Sample
 from r2art.data.shards import Dataset, from_row
+from r2art.learn.coordinates import part_coordinates
 
 DECODED_AT_ONCE = 128
 LABELS = ("box", "cam_T_part", "joint_state", "box_center", "box_size")
@@ -41,16 +42,21 @@ class Picked:
     index: Int[Tensor, " N"]
     image: UInt8[Tensor, "N 3 H W"]
     mask: UInt8[Tensor, "N H W"]
+    coordinates: UInt8[Tensor, "N 3 H W"]
     box: Float[Tensor, "N 4"]
 
 
 @dataclass(frozen=True, kw_only=True)
 class Photos:
-    """N samples of one category; `r2art.data.sample.Sample` explains the fields."""
+    """N samples of one category; `r2art.data.sample.Sample` explains the fields.
+
+    ``coordinates`` are those of `r2art.learn.coordinates`.
+    """
 
     category: Category
     image: UInt8[Tensor, "N 3 H W"]
     mask: UInt8[Tensor, "N H W"]
+    coordinates: UInt8[Tensor, "N 3 H W"]
     K: Float[Tensor, "N 3 3"]
     box: Float[Tensor, "N 4"]
     cam_T_part: Float[Tensor, "N P 4 4"]
@@ -74,6 +80,7 @@ class Photos:
             index=index,
             image=self.image[index].to(device),
             mask=self.mask[index].to(device),
+            coordinates=self.coordinates[index].to(device),
             box=self.box[index].to(device),
         )
 
@@ -91,13 +98,14 @@ class Photos:
     @classmethod
     def from_samples(cls, category: Category, samples: Iterable[Sample], n: int) -> "Photos":
         """Stack ``n`` samples; all images must have one size."""
-        image = mask = None
+        image = mask = coordinates = None
         K = np.empty((n, 3, 3), np.float32)
         labels: dict[str, list[np.ndarray]] = {name: [] for name in LABELS}
         for i, sample in enumerate(samples):
-            if image is None or mask is None:
+            if image is None or mask is None or coordinates is None:
                 image = np.empty((n, 3, *sample.mask.shape), np.uint8)
                 mask = np.empty((n, *sample.mask.shape), np.uint8)
+                coordinates = np.empty_like(image)
             if sample.mask.shape != mask.shape[1:]:
                 raise InputError(
                     f"sample {i} is {sample.mask.shape} px, others are {mask.shape[1:]}; "
@@ -105,15 +113,17 @@ class Photos:
                 )
             image[i] = sample.image.transpose(2, 0, 1)
             mask[i] = sample.mask
+            coordinates[i] = part_coordinates(sample)
             K[i] = sample.camera.K
             for name in LABELS:
                 labels[name].append(getattr(sample, name).astype(np.float32))
-        if image is None or mask is None:
+        if image is None or mask is None or coordinates is None:
             raise InputError(f"the dataset of {category.name} is empty; run `r2art synth`")
         return cls(
             category=category,
             image=torch.from_numpy(image),
             mask=torch.from_numpy(mask),
+            coordinates=torch.from_numpy(coordinates),
             K=torch.from_numpy(K),
             **{name: torch.from_numpy(np.stack(v)) for name, v in labels.items()},
         )

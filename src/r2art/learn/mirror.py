@@ -49,6 +49,7 @@ def mirrored(crops: Crops, mirror: Mirror, parents: list[int]) -> Crops:
         image=crops.image.flip(-1),
         part=renamed(crops.part, swap).flip(-1),
         seen=crops.seen.flip(-1),
+        coordinates=crops.coordinates.flip(-1) * M.diagonal()[:3, None, None],
         K=K,
         box=_box_mirrored(crops.box, size),
         cam_T_part=M @ taken(crops.cam_T_part, swap) @ M,

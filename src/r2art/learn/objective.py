@@ -9,12 +9,20 @@ from torch import Tensor
 from torch.nn import functional as F
 
 from r2art.learn.augment import Crops, Views
+from r2art.learn.coordinates import is_known
 from r2art.learn.equivalent import better_labels
 from r2art.method import cascade, losses, se3
 from r2art.method.depth import translation_targets, viewing_ray
 from r2art.method.estimate import Estimate, estimate
-from r2art.method.outputs import NOTHING_KNOWN, CropOutput, NodePoses, RawEstimate, TrainingOutput
-from r2art.method.projection import resize_intrinsics
+from r2art.method.outputs import (
+    NOTHING_KNOWN,
+    CropOutput,
+    DenseOutput,
+    NodePoses,
+    RawEstimate,
+    TrainingOutput,
+)
+from r2art.method.projection import project, resize_intrinsics
 from r2art.method.rotation import egocentric_to_allocentric
 from r2art.method.shape import Prior, Shape, box_corners, deform, deformation_of, thinned
 
@@ -30,6 +38,8 @@ class Weights:
     shape: float = 2.0
     reprojection: float = 8.0
     part_mask: float = 0.5
+    coordinates: float = 3.0
+    correspondence: float = 0.1
     object_mask: float = 1.0
     cascade: float = 0.3
     confidence: float = 0.1
@@ -77,8 +87,9 @@ def base_losses(
     terms["reprojection"] = losses.reprojection_loss(
         corners, true_corners, crops.K, crops.box
     ).mean()
-    if output.part_logits is not None:
-        terms["part_mask"] = F.cross_entropy(output.part_logits, part_classes(crops))
+    if output.dense is not None:
+        terms["part_mask"] = F.cross_entropy(output.dense.part_logits, part_classes(crops))
+        terms |= coordinate_losses(output.dense, crops)
     if output.object_logits is not None:
         terms["object_mask"] = mask_loss(output.object_logits, crops.seen)
     terms["confidence"] = F.binary_cross_entropy_with_logits(
@@ -121,6 +132,33 @@ def _pose_errors(
 def mask_loss(logits: Tensor, share: Tensor) -> Tensor:
     """Cross-entropy with the share of each place that shows the object."""
     return F.binary_cross_entropy_with_logits(logits.float(), share)
+
+
+def coordinate_losses(dense: DenseOutput, crops: Crops) -> dict[str, Tensor]:
+    """How far off the points are that places name, and how well they know it.
+
+    Both are means over places that show a part at a known point. ``coordinates``: pseudo-Huber of
+    the distance, in diagonals of the part's box. ``correspondence``: negative logarithm of a
+    bivariate Laplace density of where the point named is seen, less where the true one is.
+    """
+    true = crops.coordinates.movedim(1, -1)
+    part = part_classes(crops) - 1
+    known = (part >= 0) & is_known(true)
+    part, named = part.clamp_min(0), dense.coordinates.movedim(1, -1)
+    sample = torch.arange(len(part), device=part.device)[:, None, None]
+    center, size = crops.box_center[sample, part], crops.box_size[sample, part]
+    share = size / torch.linalg.vector_norm(size, dim=-1, keepdim=True)
+    off = losses.distance_loss(named * share, true * share)
+    at_rest = center[..., None, :] + torch.stack([named, true], dim=-2) * size[..., None, :]
+    in_camera = se3.transform(crops.cam_T_part[sample, part], at_rest)
+    uv = project(in_camera, crops.K[:, None, None])
+    gap = ((uv[..., 0, :] - uv[..., 1, :]).square().sum(-1) + 1e-2).sqrt()
+    density = gap * (-dense.log_deviation).exp() + 2 * dense.log_deviation
+    count = known.sum().clamp_min(1)
+    return {
+        "coordinates": torch.where(known, off, 0.0).sum() / count,
+        "correspondence": torch.where(known, density, 0.0).sum() / count,
+    }
 
 
 def part_classes(crops: Crops) -> Tensor:

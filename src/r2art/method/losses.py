@@ -25,7 +25,18 @@ def direction_loss(
     between two answers that are both likely it takes one, not the middle. In [0, 1.95].
     """
     chord_squared = 2 - 2 * F.cosine_similarity(predicted, true, dim=-1, eps=1e-6)
-    return (chord_squared + ROBUST**2).sqrt() - ROBUST
+    return _pseudo_huber(chord_squared)
+
+
+def distance_loss(
+    predicted: Float[Tensor, "*B 3"], true: Float[Tensor, "*B 3"]
+) -> Float[Tensor, "*B"]:
+    """Pseudo-Huber of the distance between two points."""
+    return _pseudo_huber((predicted - true).square().sum(-1))
+
+
+def _pseudo_huber(squared: Tensor) -> Tensor:
+    return (squared + ROBUST**2).sqrt() - ROBUST
 
 
 def offset_loss(phi: Float[Tensor, "*B 2"], true: Float[Tensor, "*B 2"]) -> Float[Tensor, "*B"]:

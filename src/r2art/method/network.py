@@ -3,8 +3,8 @@
 The trunk is any timm backbone with features at strides 4, 8, 16 and 32. A UNet-like neck brings
 them together; three branches per category read its summary, decoupled as in the paper:
 rotation and 2D translation, depth and size, joint states. On a whole photo the same trunk finds
-the object and names its category. One dense head for all categories tells where the object is
-seen, which refinement fits; others segment the parts while training.
+the object and names its category. Dense heads tell where the object is seen, and which point of
+which part every place shows; refinement fits both.
 """
 
 import math
@@ -27,16 +27,18 @@ from r2art.method.layers import (
     separable,
 )
 from r2art.method.outputs import (
+    DENSE_CHANNELS,
     NOTHING_KNOWN,
     CropOutput,
+    DenseOutput,
     Network,
     PoseHeads,
     RawEstimate,
     TrainingOutput,
+    dense_output,
     raw_estimate,
 )
 
-BACKGROUND = 1  # mask classes that are no part
 STRIDES = (4, 8, 16, 32)
 
 
@@ -128,7 +130,7 @@ class CategoryHeads(nn.Module):
         if self.joint_centric:
             self.joint = perceptron(inputs, 256, [0.5] * self.num_joints)
         self.confidence = perceptron(inputs, 64, [0.0] * self.num_parts)
-        self.part_mask = dense_head(width // 2, self.num_parts + BACKGROUND)
+        self.surface = nn.Conv2d(width * 2 // 3, self.num_parts + DENSE_CHANNELS, 1)
 
     def forward(self, summary: Float[Tensor, "B D"]) -> RawEstimate:
         """Summary of a crop to the category's raw estimate, in float32 even under autocast."""
@@ -185,6 +187,10 @@ class R2ArtNet(Network):
         self.found_box = perceptron(256, 128, [0.0] * 4)
         self.category_logits = perceptron(256, 128, [0.0] * (len(categories) + NOTHING_KNOWN))
         self.object_logits = dense_head(width // 2, 1)
+        dense = width * 2 // 3
+        self.decoder = nn.Sequential(
+            separable(width // 2, dense), separable(dense, dense), separable(dense, dense)
+        )
         inputs = 512 + NUM_CUES
         self.heads = nn.ModuleDict(
             {c.name: CategoryHeads(c, inputs, width, pose_heads) for c in categories}
@@ -228,17 +234,17 @@ class R2ArtNet(Network):
         n, each = len(crop), len(crop) // len(names)
         logits = self.object_logits(p4)
         found_box, category_logits = self.find(p16)
-        of_each = (p4[:n], p16[:n], box, K, logits[:n], category_logits[:n])
+        of_each = (self.decoder(p4[:n]), p16[:n], box, K, logits[:n], category_logits[:n])
         of_crops = zip(names, *(t.split(each) for t in of_each), strict=True)
         return TrainingOutput(
             crops={
                 name: CropOutput(
                     raw=self.estimate_raw(name, seen, box, K),
-                    part_logits=self.head(name).part_mask(dense),
+                    dense=dense_output(self.head(name).surface(fine)),
                     object_logits=mask,
                     category_logits=category,
                 )
-                for name, dense, seen, box, K, mask, category in of_crops
+                for name, fine, seen, box, K, mask, category in of_crops
             },
             found_box=found_box[n:],
             category_logits=category_logits[n:],
@@ -252,6 +258,10 @@ class R2ArtNet(Network):
     def object_mask(self, dense: Tensor) -> Float[Tensor, "B h w"]:
         """Stride-4 features of crops to the share of each place that shows the object."""
         return self.object_logits(dense)[:, 0].float().sigmoid()
+
+    def dense(self, name: str, fine: Tensor) -> DenseOutput:
+        """Stride-4 features of crops to what places say of category ``name``."""
+        return dense_output(self.head(name).surface(self.decoder(fine)))
 
     def estimate_raw(
         self,

@@ -97,6 +97,39 @@ def raw_estimate(
     )
 
 
+@dataclass(frozen=True, kw_only=True)
+class DenseOutput:
+    """What every place of a crop, at stride 4, says of the surface that is seen there.
+
+    Attributes:
+        part_logits: Which part it is; class 0 is none, k + 1 part k.
+        coordinates: Where on that part, in its box: from -0.5 to 0.5 along each axis.
+        log_deviation: Logarithm of how far (px of the crop) that may be seen from the place's
+            middle if the pose is right.
+    """
+
+    part_logits: Float[Tensor, "B classes h w"]
+    coordinates: Float[Tensor, "B 3 h w"]
+    log_deviation: Float[Tensor, "B h w"]
+
+
+DENSE_CHANNELS = 5
+"""Of the maps of a `DenseOutput`, besides one for every part: none, coordinates, deviation."""
+
+
+def dense_output(maps: Float[Tensor, "B D h w"]) -> DenseOutput:
+    """Maps by their names, in float32 but for the parts."""
+    parts = maps.shape[1] - DENSE_CHANNELS
+    logits, coordinates, log_deviation = maps.split([parts + 1, 3, 1], dim=1)
+    return DenseOutput(
+        part_logits=logits,
+        coordinates=coordinates.float(),
+        log_deviation=log_deviation[:, 0].float().clamp(*LOG_DEVIATION),
+    )
+
+
+LOG_DEVIATION = (-1.0, 4.0)
+"""Least and greatest: 0.4 to 55 px."""
 NOTHING_KNOWN = 1
 """Answers to what a photo shows that are no category: one, the last."""
 
@@ -107,14 +140,14 @@ class CropOutput:
 
     Attributes:
         raw: The raw estimate of every crop.
-        part_logits: Part segmentation at stride 4; class 0 is no part, k + 1 part k.
+        dense: What every place says.
         object_logits: Where the object is seen, at stride 4.
         category_logits: What the crops show, taken for whole photos, which they are at a second
             look.
     """
 
     raw: RawEstimate
-    part_logits: Float[Tensor, "B classes h w"] | None
+    dense: DenseOutput | None
     object_logits: Float[Tensor, "B 1 h w"] | None
     category_logits: Float[Tensor, "B answers"] | None = None
 
@@ -186,6 +219,11 @@ class Network(nn.Module):
     def object_mask(self, dense: Tensor) -> Float[Tensor, "B h w"] | None:
         """Dense features of crops to the share of each place that shows the object, or nothing."""
         del dense
+        return None
+
+    def dense(self, name: str, fine: Tensor) -> DenseOutput | None:
+        """Dense features of crops to what places say of category ``name``, or nothing."""
+        del name, fine
         return None
 
     @abstractmethod

@@ -195,7 +195,7 @@ class PaperNet(Network):
             crops={
                 name: CropOutput(
                     raw=self.estimate_raw(name, Seen(crop, seen), box, K),
-                    part_logits=None,
+                    dense=None,
                     object_logits=None,
                 )
                 for name, crop, seen, box, K in of_crops
