@@ -28,10 +28,9 @@ BIAS = ".weight_bias"
 HALF = "_half"
 MAY_LACK = (
     *("neck.lateral.0.", "neck.at_8.", "neck.fine_lateral.", "neck.narrow.", "neck.at_4."),
-    *("object_logits.", "decoder."),
+    "object_logits.",
 )
-SURFACE = ".surface."
-"""Layers that a file may lack: those of dense heads, which older files do not have."""
+"""Layers that a file may lack: those of the object's mask, which older files do not have."""
 
 
 def load_exported(network: R2ArtNet, path: Path, inputs: Sequence[Any]) -> None:
@@ -107,7 +106,7 @@ def blended(model: onnx.ModelProto, path: Path) -> onnx.ModelProto:
     for tensor in own:
         before = numpy_helper.to_array(tensor)
         name = tensor.name.removeprefix(PREFIX)
-        if name not in other and _is_dense(name):
+        if name not in other and is_of_places(name):
             continue
         met = other.pop(name, None)
         if met is None or met.shape != before.shape:
@@ -123,11 +122,16 @@ def blended(model: onnx.ModelProto, path: Path) -> onnx.ModelProto:
 
 def _is_shared(key: str) -> bool:
     own = ("heads.", "category_logits.", *MAY_LACK)
-    return not key.startswith(own) and not key.endswith("num_batches_tracked")
+    return (
+        not key.startswith(own)
+        and not is_of_places(key)
+        and not key.endswith("num_batches_tracked")
+    )
 
 
-def _is_dense(key: str) -> bool:
-    return key.startswith(MAY_LACK) or SURFACE in key
+def is_of_places(key: str) -> bool:
+    """Whether weights are of what says which point of which part every place shows."""
+    return key.startswith("decoder.") or ".surface." in key
 
 
 def read_model(path: Path) -> onnx.ModelProto:

@@ -42,7 +42,8 @@ class Recipe:
         others: Pictures per step, of every share, that show no known object.
         shares: Shares of a step's batch that each process takes.
         learning_rate: At its peak, of the new layers ...
-        trunk_learning_rate: ... and of the pre-trained trunk.
+        trunk_learning_rate: ... of the pre-trained trunk ...
+        dense_learning_rate: ... and of what says which point of a part every place shows.
         warm_up: Steps of linear warm-up; the cosine decay takes the rest.
         weight_decay: Of AdamW.
         gradient_norm: Gradients are clipped to it.
@@ -76,6 +77,7 @@ class Recipe:
     shares: int = 1
     learning_rate: float = 1e-3
     trunk_learning_rate: float = 5e-4
+    dense_learning_rate: float = 1e-3
     warm_up: int = 200
     weight_decay: float = 0.02
     gradient_norm: float = 5.0

@@ -76,12 +76,11 @@ PRETRAINED = ("trunk.", "depth.", "joint.")
 
 
 def make_optimizer(network: Network, recipe: Recipe) -> torch.optim.Optimizer:
-    """AdamW; backbones slower than the rest, no decay on biases and norms."""
-    groups: dict[tuple[bool, bool], list[nn.Parameter]] = defaultdict(list)
+    """AdamW; backbones and dense heads at rates of their own, no decay on biases and norms."""
+    groups: dict[tuple[float, bool], list[nn.Parameter]] = defaultdict(list)
     for name, parameter in network.named_parameters():
         if parameter.requires_grad:
-            groups[name.startswith(PRETRAINED), parameter.ndim > 1].append(parameter)
-    rate = {True: recipe.trunk_learning_rate, False: recipe.learning_rate}
+            groups[_rate(name, recipe), parameter.ndim > 1].append(parameter)
     on_gpu = any(p.is_cuda for p in network.parameters())
     options: dict[str, Any] = {"fused": True, "capturable": True} if on_gpu else {}
 
@@ -92,14 +91,21 @@ def make_optimizer(network: Network, recipe: Recipe) -> torch.optim.Optimizer:
         [
             {
                 "params": parameters,
-                "lr": start(rate[in_trunk]),
-                "peak_lr": rate[in_trunk],
+                "lr": start(rate),
+                "peak_lr": rate,
                 "weight_decay": recipe.weight_decay if decays else 0.0,
             }
-            for (in_trunk, decays), parameters in sorted(groups.items())
+            for (rate, decays), parameters in sorted(groups.items())
         ],
         **options,
     )
+
+
+def _rate(name: str, recipe: Recipe) -> float:
+    """At which a parameter learns, at its peak."""
+    if name.startswith(PRETRAINED):
+        return recipe.trunk_learning_rate
+    return recipe.dense_learning_rate if exported.is_of_places(name) else recipe.learning_rate
 
 
 def make_network(

@@ -40,6 +40,8 @@ from r2art.method.outputs import (
 )
 
 STRIDES = (4, 8, 16, 32)
+FIRST_LOG_DEVIATION = 2.5
+"""Of places of a network that has learned nothing: 12 px."""
 
 
 def make_trunk(backbone: str, options: dict[str, Any]) -> tuple[nn.Module, list[int]]:
@@ -86,7 +88,7 @@ def layers_up_to(trunk: nn.Module, stride: int) -> list[nn.Module]:
 
 
 class Neck(nn.Module):
-    """Four feature maps to one at stride 16 (for the summary) and one at stride 4 (dense)."""
+    """Four feature maps to those at stride 16 (for the summary), 8 and 4 (dense)."""
 
     def __init__(self, channels: Sequence[int], width: int) -> None:
         super().__init__()
@@ -99,13 +101,45 @@ class Neck(nn.Module):
         self.at_4 = separable(width // 2, width // 2)
         self.up = nn.Upsample(scale_factor=2, mode="nearest")
 
-    def forward(self, features: list[Tensor]) -> tuple[Tensor, Tensor]:
-        """Features at strides 4, 8, 16, 32 to (stride 4, of half the width; stride 16)."""
+    def forward(self, features: list[Tensor]) -> tuple[Tensor, Tensor, Tensor]:
+        """Features at strides 4, 8, 16, 32 to those at 4, of half the width, at 8 and at 16."""
         finest, *coarser = features
         s8, s16, s32 = (f(x) for f, x in zip(self.lateral, coarser, strict=True))
         p16 = self.at_16(s16 + self.up(s32))
         p8 = self.at_8(s8 + self.up(p16))
-        return self.at_4(self.fine_lateral(finest) + self.up(self.narrow(p8))), p16
+        return self.at_4(self.fine_lateral(finest) + self.up(self.narrow(p8))), p8, p16
+
+
+class Decoder(nn.Module):
+    """What places show, from what is seen there, where they are, and what the whole crop shows.
+
+    Args:
+        width: Channels of the neck.
+        summary: Length of the summary of the crop.
+        outputs: Channels at stride 4.
+    """
+
+    def __init__(self, width: int, summary: int, outputs: int) -> None:
+        super().__init__()
+        self.context = nn.Linear(summary, width)
+        self.at_8 = nn.Sequential(
+            separable(2 * width + 2, width), separable(width, width), separable(width, width)
+        )
+        self.up = nn.Upsample(scale_factor=2, mode="nearest")
+        self.at_4 = nn.Sequential(
+            separable(width + width // 2, outputs), separable(outputs, outputs)
+        )
+
+    def forward(self, p4: Tensor, p8: Tensor, summary: Tensor) -> Tensor:
+        """The neck's features at strides 4 and 8, and the summary, to features at stride 4."""
+        height, width = p8.shape[2:]
+        whole = self.context(summary)[:, :, None, None].expand(-1, -1, height, width)
+        along = torch.linspace(-1, 1, width, device=p8.device, dtype=p8.dtype)
+        down = torch.linspace(-1, 1, height, device=p8.device, dtype=p8.dtype)
+        x = along.expand(len(p8), 1, height, width)
+        y = down[:, None].expand(len(p8), 1, height, width)
+        coarse = self.at_8(torch.cat([p8, whole, x, y], dim=1))
+        return self.at_4(torch.cat([p4, self.up(coarse)], dim=1))
 
 
 def dense_head(channels: int, classes: int) -> nn.Sequential:
@@ -131,6 +165,8 @@ class CategoryHeads(nn.Module):
             self.joint = perceptron(inputs, 256, [0.5] * self.num_joints)
         self.confidence = perceptron(inputs, 64, [0.0] * self.num_parts)
         self.surface = nn.Conv2d(width * 2 // 3, self.num_parts + DENSE_CHANNELS, 1)
+        with torch.no_grad():
+            self.surface.bias[-1] = FIRST_LOG_DEVIATION  # pyright: ignore[reportOptionalSubscript]
 
     def forward(self, summary: Float[Tensor, "B D"]) -> RawEstimate:
         """Summary of a crop to the category's raw estimate, in float32 even under autocast."""
@@ -187,10 +223,7 @@ class R2ArtNet(Network):
         self.found_box = perceptron(256, 128, [0.0] * 4)
         self.category_logits = perceptron(256, 128, [0.0] * (len(categories) + NOTHING_KNOWN))
         self.object_logits = dense_head(width // 2, 1)
-        dense = width * 2 // 3
-        self.decoder = nn.Sequential(
-            separable(width // 2, dense), separable(dense, dense), separable(dense, dense)
-        )
+        self.decoder = Decoder(width, 512, width * 2 // 3)
         inputs = 512 + NUM_CUES
         self.heads = nn.ModuleDict(
             {c.name: CategoryHeads(c, inputs, width, pose_heads) for c in categories}
@@ -228,40 +261,47 @@ class R2ArtNet(Network):
         is frozen, ``offline`` is what it says of crops and photos, if that is known.
         """
         if offline is None:
-            p4, p16 = self.features(torch.cat([crop, photo]))
+            p4, p8, p16 = self.neck(self.trunk(torch.cat([crop, photo])))
         else:
-            p4, p16 = self.neck(self.maps(offline))
+            p4, p8, p16 = self.neck(self.maps(offline))
         n, each = len(crop), len(crop) // len(names)
         logits = self.object_logits(p4)
         found_box, category_logits = self.find(p16)
-        of_each = (self.decoder(p4[:n]), p16[:n], box, K, logits[:n], category_logits[:n])
+        summary = self.pose_summary(p16[:n])
+        fine = self.decoder(p4[:n], p8[:n], summary)
+        of_each = (fine, summary, box, K, logits[:n], category_logits[:n])
         of_crops = zip(names, *(t.split(each) for t in of_each), strict=True)
         return TrainingOutput(
             crops={
                 name: CropOutput(
-                    raw=self.estimate_raw(name, seen, box, K),
+                    raw=self._raw(name, summary, box, K),
                     dense=dense_output(self.head(name).surface(fine)),
                     object_logits=mask,
                     category_logits=category,
                 )
-                for name, fine, seen, box, K, mask, category in of_crops
+                for name, fine, summary, box, K, mask, category in of_crops
             },
             found_box=found_box[n:],
             category_logits=category_logits[n:],
             object_logits=logits[n:],
         )
 
-    def features(self, image: Float[Tensor, "B 3 S S"]) -> tuple[Tensor, Tensor]:
-        """Image in [-1, 1] to neck features at strides 4 and 16."""
-        return self.neck(self.trunk(image))
+    def features(self, image: Float[Tensor, "B 3 S S"]) -> tuple[tuple[Tensor, Tensor], Tensor]:
+        """Image in [-1, 1] to neck features at strides 4 and 8, and at 16."""
+        p4, p8, p16 = self.neck(self.trunk(image))
+        return (p4, p8), p16
 
-    def object_mask(self, dense: Tensor) -> Float[Tensor, "B h w"]:
-        """Stride-4 features of crops to the share of each place that shows the object."""
-        return self.object_logits(dense)[:, 0].float().sigmoid()
+    def object_mask(self, fine: tuple[Tensor, Tensor]) -> Float[Tensor, "B h w"]:
+        """Fine features of crops to the share of each place that shows the object."""
+        return self.object_logits(fine[0])[:, 0].float().sigmoid()
 
-    def dense(self, name: str, fine: Tensor) -> DenseOutput:
-        """Stride-4 features of crops to what places say of category ``name``."""
-        return dense_output(self.head(name).surface(self.decoder(fine)))
+    def decoded(self, fine: tuple[Tensor, Tensor], seen: Tensor) -> Tensor:
+        """Fine features of crops, and those at stride 16, to what `dense` reads."""
+        return self.decoder(*fine, self.pose_summary(seen))
+
+    def dense(self, name: str, decoded: Tensor) -> DenseOutput:
+        """What places say of category ``name``."""
+        return dense_output(self.head(name).surface(decoded))
 
     def estimate_raw(
         self,
@@ -271,8 +311,11 @@ class R2ArtNet(Network):
         K: Float[Tensor, "B 3 3"],
     ) -> RawEstimate:
         """Stride-16 features of crops to the raw estimate of category ``name``."""
+        return self._raw(name, self.pose_summary(seen), box, K)
+
+    def _raw(self, name: str, summary: Tensor, box: Tensor, K: Tensor) -> RawEstimate:
         cues = geometric_cues(box, K, self.priors[name].frontal_area)
-        summary = self.pose_summary(seen).expand(cues.shape[0], -1)
+        summary = summary.expand(cues.shape[0], -1)
         return self.head(name)(torch.cat([summary, cues], dim=1))
 
     def head(self, name: str) -> CategoryHeads:

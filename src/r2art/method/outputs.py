@@ -204,8 +204,8 @@ class Network(nn.Module):
         """
 
     @abstractmethod
-    def features(self, image: Float[Tensor, "B 3 S S"]) -> tuple[Tensor, Any]:
-        """Images in [-1, 1] to dense features, and to what `find` and `estimate_raw` read."""
+    def features(self, image: Float[Tensor, "B 3 S S"]) -> tuple[Any, Any]:
+        """Images in [-1, 1] to fine features, and to what `find` and `estimate_raw` read."""
 
     @abstractmethod
     def estimate_raw(
@@ -216,14 +216,19 @@ class Network(nn.Module):
         One crop may be seen through several cameras: then there are several boxes and K.
         """
 
-    def object_mask(self, dense: Tensor) -> Float[Tensor, "B h w"] | None:
-        """Dense features of crops to the share of each place that shows the object, or nothing."""
-        del dense
+    def object_mask(self, fine: Any) -> Float[Tensor, "B h w"] | None:
+        """Fine features of crops to the share of each place that shows the object, or nothing."""
+        del fine
         return None
 
-    def dense(self, name: str, fine: Tensor) -> DenseOutput | None:
-        """Dense features of crops to what places say of category ``name``, or nothing."""
-        del name, fine
+    def decoded(self, fine: Any, seen: Any) -> Any:
+        """What `features` gives of crops, made ready for `dense`."""
+        del fine, seen
+        return None
+
+    def dense(self, name: str, decoded: Any) -> DenseOutput | None:
+        """What places say of category ``name``, or nothing."""
+        del name, decoded
         return None
 
     @abstractmethod
