@@ -41,10 +41,12 @@ INSIDE = 200
 """Of 255: what is darker in a white photo's window is beyond the photo."""
 
 # Of the network's estimate and of a mask that it is sure of; chosen on rendered validation photos.
-OF_NETWORK = Uncertainty(rotation=0.16, place=0.02, log_depth=0.04, joint=0.14, outline=0.015)
+OF_NETWORK = Uncertainty(
+    rotation=0.16, place=0.02, log_depth=0.08, joint=0.14, outline=0.009, log_scale=0.08
+)
 # Of the same against a mask that somebody has looked at.
 OF_GIVEN = Uncertainty(
-    rotation=0.08, place=0.02, log_depth=0.08, joint=0.07, outline=0.01, log_scale=0.05
+    rotation=0.16, place=0.02, log_depth=0.08, joint=0.14, outline=0.01, log_scale=0.08
 )
 
 
@@ -190,7 +192,8 @@ def fitted(
         prediction: The network's.
         bodies: The category's mean object, see `r2art.run.refinement.refine.resolutions`.
         target: What to fit.
-        steps: Most steps along the outline; a third as many follow on the silhouette.
+        steps: Most steps on the coarse silhouette; half as many come before, along the outline,
+            and a third as many after, on the finer one.
     """
     center = np.array([part.box_center for part in prediction.parts])
     size = np.array([part.box_size for part in prediction.parts])
@@ -211,7 +214,7 @@ def fitted(
         places=target.places,
         uncertainty=target.uncertainty,
         starts=1,
-        steps=(3, steps, 0, steps // 3, 0),
+        steps=(2, steps // 2, steps, steps // 3, 0),
     )
     body = own[0]
     pose = replace(
