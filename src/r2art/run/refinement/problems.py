@@ -74,7 +74,7 @@ def problems(
     """
     scale = sure.log_scale > 0
     tips = bodies[0].outlined()
-    box = outline(masks.max(axis=0)[None], known.max(axis=0)[None], K, 4)
+    box = outline(masks.max(axis=0)[None], known.min(axis=0)[None], K, 4)
     around = outline(masks, known, K, DIRECTIONS)
     soft = bodies[0].shell is None
     sizes = tuple(list(POINTS)[k] for k in rendered)
