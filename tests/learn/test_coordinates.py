@@ -9,7 +9,6 @@ from r2art.data.shards import Dataset
 from r2art.learn.augment import MASK_STRIDE, Crops, crops
 from r2art.learn.chance import Chance
 from r2art.learn.coordinates import UNKNOWN, is_known, part_coordinates
-from r2art.learn.equivalent import relabelled
 from r2art.learn.mirror import mirrored
 from r2art.method import se3
 from r2art.method.projection import project

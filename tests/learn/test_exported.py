@@ -11,7 +11,7 @@ from onnx import numpy_helper
 from r2art.core.errors import ModelError, UsageError
 from r2art.learn import checkpoint, exported
 from r2art.learn.batches import Batches
-from r2art.learn.export import FIELDS, Graph, export, output_names
+from r2art.learn.export import FIELDS, Graph, export
 from r2art.learn.recipes import recipe_of
 from r2art.method.outputs import Network
 
@@ -41,14 +41,14 @@ def said(network: Network, name: str, inputs) -> list[torch.Tensor]:
     pixels = ((image[:1] + 1) * 127.5).permute(0, 2, 3, 1).round().to(torch.uint8)
     with torch.no_grad():
         answers = Graph(network.eval(), network.names)(pixels, K[:1], box[:1])
-    names = output_names(network, network.names)
-    return [answers[0], *(answers[names.index(f"{name}.{field}")] for field in FIELDS)]
+    start = 2 + network.names.index(name) * len(FIELDS)
+    return [answers[0], *answers[start : start + len(FIELDS)]]
 
 
 def masks(network: Network, inputs) -> torch.Tensor:
     with torch.no_grad():
-        dense, _ = network.eval().features(inputs[0])
-        found = network.object_mask(dense)
+        fine, _ = network.eval().features(inputs[0])
+        found = network.object_mask(fine)
     assert found is not None
     return found
 

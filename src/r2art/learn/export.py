@@ -36,8 +36,6 @@ from r2art.method.outputs import Network
 FORMAT = "r2art/model/1"
 OPSET = 18
 FIELDS = ("cam_T_part", "box_center", "box_size", "confidence", "joint_state", "axis", "pivot")
-DENSE = ("part_mask", "part_coordinates", "coordinate_deviation")
-"""More of every category, of networks that tell which point of which part is seen where."""
 MASK = "object_mask"
 """One more output, of networks that tell where the object is seen."""
 
@@ -63,7 +61,6 @@ class Graph(nn.Module):
         """All outputs, in the order of `output_names`, of one image through V cameras."""
         x = image.permute(0, 3, 1, 2).float() / 127.5 - 1
         fine, seen = self.network.features(x)
-        decoded = self.network.decoded(fine, seen)
         found_box, category_logits = self.network.find(seen)
         known = [self.network.names.index(name) for name in self.names]
         scores = category_logits.softmax(dim=-1)[:, known]
@@ -71,9 +68,6 @@ class Graph(nn.Module):
         outputs = [found_box, torch.cat([scores, nothing], dim=-1)]
         for name in self.names:
             outputs += self._estimate(name, seen, K, box)
-            if (said := self.network.dense(name, decoded)) is not None:
-                shares, deviation = said.part_logits.softmax(dim=1), said.log_deviation.exp()
-                outputs += [shares, said.coordinates, deviation]
         if (mask := self.network.object_mask(fine)) is not None:
             outputs.append(mask)
         return tuple(outputs)
@@ -95,22 +89,15 @@ class Graph(nn.Module):
 
 def output_names(network: Network, names: tuple[str, ...]) -> list[str]:
     """Names of the graph's outputs, for these categories."""
-    fields = FIELDS + DENSE if type(network).dense is not Network.dense else FIELDS
-    of_categories = [f"{name}.{field}" for name in names for field in fields]
     segments = type(network).object_mask is not Network.object_mask
-    return ["found_box", "category_scores", *of_categories, *[MASK] * segments]
+    groups = demands(names, segments=segments)
+    return ["found_box", "category_scores", *(output for group in groups for output in group)]
 
 
-def demands(names: Sequence[str], outputs: Sequence[str]) -> list[list[str]]:
-    """The outputs that are asked for together: the poses of every category, the object's mask,
-    and what places say, of every category again.
-    """
-
-    def some(name: str, fields: Sequence[str]) -> list[str]:
-        return [o for o in outputs if o.startswith(f"{name}.") and o[len(name) + 1 :] in fields]
-
-    groups = [*(some(name, FIELDS) for name in names), [MASK], *(some(n, DENSE) for n in names)]
-    return groups if any(groups[-1:]) else groups[: len(names) + (MASK in outputs)]
+def demands(names: Sequence[str], *, segments: bool) -> list[list[str]]:
+    """The outputs that are asked for together: of every category, and last the object's mask."""
+    of_categories = [[f"{name}.{field}" for field in FIELDS] for name in names]
+    return of_categories + [[MASK]] * segments
 
 
 def to_onnx(
@@ -153,8 +140,8 @@ def by_category(model: onnx.ModelProto) -> onnx.ModelProto:
     if is_on_demand(model):
         return model
     names = [described["name"] for described in exported.metadata(model)["categories"]]
-    outputs = [output.name for output in model.graph.output]
-    return on_demand(model, demands(names, outputs))
+    segments = any(output.name == MASK for output in model.graph.output)
+    return on_demand(model, demands(names, segments=segments))
 
 
 @contextmanager

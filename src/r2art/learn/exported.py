@@ -93,8 +93,7 @@ def blended(model: onnx.ModelProto, path: Path) -> onnx.ModelProto:
 
     Args:
         model: With float32 weights.
-        path: The other; its categories must be the same. Dense heads that it lacks stay as the
-            model has them.
+        path: The other; its categories must be the same.
 
     Raises:
         ModelError: It is no model file, or its weights are others.
@@ -105,10 +104,7 @@ def blended(model: onnx.ModelProto, path: Path) -> onnx.ModelProto:
     own = [t for t in result.graph.initializer if t.name.startswith(PREFIX)]
     for tensor in own:
         before = numpy_helper.to_array(tensor)
-        name = tensor.name.removeprefix(PREFIX)
-        if name not in other and is_of_places(name):
-            continue
-        met = other.pop(name, None)
+        met = other.pop(tensor.name.removeprefix(PREFIX), None)
         if met is None or met.shape != before.shape:
             raise ModelError(
                 f"{path} cannot be blended in: it has no {tensor.name} like that of the run; give "
@@ -121,17 +117,8 @@ def blended(model: onnx.ModelProto, path: Path) -> onnx.ModelProto:
 
 
 def _is_shared(key: str) -> bool:
-    own = ("heads.", "category_logits.", *MAY_LACK)
-    return (
-        not key.startswith(own)
-        and not is_of_places(key)
-        and not key.endswith("num_batches_tracked")
-    )
-
-
-def is_of_places(key: str) -> bool:
-    """Whether weights are of what says which point of which part every place shows."""
-    return key.startswith("decoder.") or ".surface." in key
+    own = ("heads.", "category_logits.", "decoder.", *MAY_LACK)
+    return not key.startswith(own) and not key.endswith("num_batches_tracked")
 
 
 def read_model(path: Path) -> onnx.ModelProto:

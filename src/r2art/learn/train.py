@@ -105,7 +105,8 @@ def _rate(name: str, recipe: Recipe) -> float:
     """At which a parameter learns, at its peak."""
     if name.startswith(PRETRAINED):
         return recipe.trunk_learning_rate
-    return recipe.dense_learning_rate if exported.is_of_places(name) else recipe.learning_rate
+    of_places = name.startswith("decoder.") or ".surface." in name
+    return recipe.dense_learning_rate if of_places else recipe.learning_rate
 
 
 def make_network(

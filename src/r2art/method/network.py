@@ -3,8 +3,9 @@
 The trunk is any timm backbone with features at strides 4, 8, 16 and 32. A UNet-like neck brings
 them together; three branches per category read its summary, decoupled as in the paper:
 rotation and 2D translation, depth and size, joint states. On a whole photo the same trunk finds
-the object and names its category. Dense heads tell where the object is seen, and which point of
-which part every place shows; refinement fits both.
+the object and names its category. One dense head for all categories tells where the object is
+seen, which refinement fits; while training, others tell which point of which part every place
+shows.
 """
 
 import math
@@ -30,7 +31,6 @@ from r2art.method.outputs import (
     DENSE_CHANNELS,
     NOTHING_KNOWN,
     CropOutput,
-    DenseOutput,
     Network,
     PoseHeads,
     RawEstimate,
@@ -286,22 +286,14 @@ class R2ArtNet(Network):
             object_logits=logits[n:],
         )
 
-    def features(self, image: Float[Tensor, "B 3 S S"]) -> tuple[tuple[Tensor, Tensor], Tensor]:
-        """Image in [-1, 1] to neck features at strides 4 and 8, and at 16."""
-        p4, p8, p16 = self.neck(self.trunk(image))
-        return (p4, p8), p16
+    def features(self, image: Float[Tensor, "B 3 S S"]) -> tuple[Tensor, Tensor]:
+        """Image in [-1, 1] to neck features at strides 4 and 16."""
+        p4, _, p16 = self.neck(self.trunk(image))
+        return p4, p16
 
-    def object_mask(self, fine: tuple[Tensor, Tensor]) -> Float[Tensor, "B h w"]:
-        """Fine features of crops to the share of each place that shows the object."""
-        return self.object_logits(fine[0])[:, 0].float().sigmoid()
-
-    def decoded(self, fine: tuple[Tensor, Tensor], seen: Tensor) -> Tensor:
-        """Fine features of crops, and those at stride 16, to what `dense` reads."""
-        return self.decoder(*fine, self.pose_summary(seen))
-
-    def dense(self, name: str, decoded: Tensor) -> DenseOutput:
-        """What places say of category ``name``."""
-        return dense_output(self.head(name).surface(decoded))
+    def object_mask(self, fine: Tensor) -> Float[Tensor, "B h w"]:
+        """Stride-4 features of crops to the share of each place that shows the object."""
+        return self.object_logits(fine)[:, 0].float().sigmoid()
 
     def estimate_raw(
         self,

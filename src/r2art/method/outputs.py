@@ -221,16 +221,6 @@ class Network(nn.Module):
         del fine
         return None
 
-    def decoded(self, fine: Any, seen: Any) -> Any:
-        """What `features` gives of crops, made ready for `dense`."""
-        del fine, seen
-        return None
-
-    def dense(self, name: str, decoded: Any) -> DenseOutput | None:
-        """What places say of category ``name``, or nothing."""
-        del name, decoded
-        return None
-
     @abstractmethod
     def summarised(self, seen: Any) -> Float[Tensor, "B D"]:
         """What is seen in whole photos as one vector each."""

@@ -10,7 +10,7 @@ from r2art.core.camera import Camera
 from r2art.core.category import Mirror
 from r2art.core.confidence import log_odds
 from r2art.core.image import Box, View
-from r2art.run.model import DENSE_OUTPUTS, MASK
+from r2art.run.model import MASK
 from r2art.run.refinement.body import Body
 from r2art.run.refinement.pose import difference, moved, pose_of, posed
 
@@ -49,17 +49,11 @@ def out_of_mirror(outputs: Outputs, mirror: Mirror, parents: tuple[int, ...]) ->
         "confidence": outputs["confidence"][parts],
         "joint_state": outputs["joint_state"][joints],
     }
-    maps = {name: outputs[name][..., ::-1] for name in (MASK, *DENSE_OUTPUTS) if name in outputs}
-    if "part_mask" in maps:
-        maps["part_mask"] = maps["part_mask"][:, [0, *(part + 1 for part in parts)]]
-        maps["part_coordinates"] = maps["part_coordinates"] * M.diagonal()[:3, None, None]
-    return found | maps
+    return found | ({MASK: outputs[MASK][:, ::-1]} if MASK in outputs else {})
 
 
 def between(body: Body, one: Outputs, other: Outputs) -> Outputs:
     """The middle of two looks; the surer one where they are too far apart to have any.
-
-    What places say of both looks is kept.
 
     Args:
         body: The category's mean object.
@@ -88,5 +82,4 @@ def between(body: Body, one: Outputs, other: Outputs) -> Outputs:
         "axis": at.axis[0],
         "pivot": at.pivot[0],
     }
-    maps = {k: np.concatenate([one[k], other[k]]) for k in DENSE_OUTPUTS if k in one}
-    return found | maps | ({MASK: (one[MASK] + other[MASK]) / 2} if MASK in one else {})
+    return found | ({MASK: (one[MASK] + other[MASK]) / 2} if MASK in one else {})

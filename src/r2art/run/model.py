@@ -25,12 +25,8 @@ PHOTO_OUTPUTS = ("found_box", "category_scores")
 PART_OUTPUTS = ("cam_T_part", "box_center", "box_size", "confidence")
 JOINT_OUTPUTS = ("joint_state", "axis", "pivot")
 MASK = "object_mask"
-DENSE_OUTPUTS = ("part_mask", "part_coordinates", "coordinate_deviation")
-"""Of a category, in files that tell which point of which part is seen where."""
-MAPS = frozenset({MASK, *DENSE_OUTPUTS})
 ASKED = "asked"
-"""Optional input: whether to compute the poses of each category, the mask, and what places say of
-each category. Files that say less take only the first of them."""
+"""Optional input: whether to compute what it says of each category, and the mask."""
 
 
 @dataclass(frozen=True)
@@ -67,11 +63,6 @@ class ModelCategory:
         fields = PART_OUTPUTS + (JOINT_OUTPUTS if self.joints else ())
         return tuple(f"{self.name}.{name}" for name in fields)
 
-    @property
-    def dense_outputs(self) -> tuple[str, ...]:
-        """Names of those that say which point of it is seen where."""
-        return tuple(f"{self.name}.{name}" for name in DENSE_OUTPUTS)
-
     def prior(self) -> Category:
         """The mean object of the category, with points on its surface.
 
@@ -107,8 +98,8 @@ class Model:
         of_cameras = [i.shape[0] for i in self._session.get_inputs() if i.name == "K"]
         self._takes_cameras = of_cameras != [1]  # older files look through one at a time
         # Older files compute everything, whatever is asked for.
-        optional = {i.name: i.shape for i in self._session.get_overridable_initializers()}
-        self._asks = optional.get(ASKED, [0])[0]
+        optional = {i.name for i in self._session.get_overridable_initializers()}
+        self._computes_what_is_asked = ASKED in optional
         try:
             metadata = json.loads(self._session.get_modelmeta().custom_metadata_map["r2art"])
             found = metadata["format"]
@@ -161,10 +152,7 @@ class Model:
         """The object in a crop: part and joint outputs by their names without the category's.
 
         ``object_mask`` (h, w), where the model `segments`: the share of each of h × w places in
-        the crop that shows the object. And where it knows them, of one look: ``part_mask``
-        (1, P + 1, h, w), the share of each place that shows nothing, or part k - 1;
-        ``part_coordinates`` (1, 3, h, w), which point of the part, in its box from -0.5 to 0.5;
-        ``coordinate_deviation`` (1, h, w), how far (px) that may be from the place's middle.
+        the crop that shows the object.
         """
         return self.poses(view, box, category, (view.camera,))[0]
 
@@ -174,12 +162,10 @@ class Model:
         """`pose` through each of several cameras of the crop; hardly dearer than through one."""
         if len(cameras) > 1 and not self._takes_cameras:
             return [self.poses(view, box, category, (camera,))[0] for camera in cameras]
-        dense = [name for name in category.dense_outputs if name in self._outputs]
-        found = self._run(view, box, cameras, (*category.outputs, *dense, *self._mask))
+        found = self._run(view, box, cameras, (*category.outputs, *self._mask))
+        mask = {name: found.pop(name)[0] for name in self._mask}
         own = {name.removeprefix(f"{category.name}."): v for name, v in found.items()}
-        maps = {name: own.pop(name) for name in MAPS if name in own}
-        maps |= {MASK: maps[MASK][0]} if MASK in maps else {}
-        return [{name: v[k] for name, v in own.items()} | maps for k in range(len(cameras))]
+        return [{name: v[k] for name, v in own.items()} | mask for k in range(len(cameras))]
 
     def _first(self, view: View, names: tuple[str, ...]) -> dict[str, NDArray[np.floating]]:
         whole = (0.0, 0.0, float(self.input_size), float(self.input_size))
@@ -193,13 +179,11 @@ class Model:
             "K": np.stack([camera.K for camera in cameras]).astype(np.float32),
             "box": np.tile(np.asarray(box, np.float32), (len(cameras), 1)),
         }
-        if self._asks:
-            groups = [c.outputs for c in self.categories]
-            groups += [self._mask, *(c.dense_outputs for c in self.categories)]
-            asked = [not set(names).isdisjoint(group) for group in groups]
-            inputs[ASKED] = np.array(asked[: self._asks])
+        if self._computes_what_is_asked:
+            asked = [not set(names).isdisjoint(c.outputs) for c in self.categories]
+            inputs[ASKED] = np.array(asked + [MASK in names] * self.segments)
         found = zip(names, map(np.asarray, self._session.run(list(names), inputs)), strict=True)
-        return {n: v if n.rpartition(".")[2] in MAPS else _decimal(v) for n, v in found}
+        return {n: v if n == MASK else _decimal(v) for n, v in found}
 
 
 def _open(path: Path) -> ort.InferenceSession:

@@ -236,7 +236,7 @@ class Predictor:
         if mask is not None:
             target = given_target(mask, prediction, self.model.crop_margin)
         elif MASK in posed:
-            target = own_target(posed, view.through(prediction.camera), photo)
+            target = own_target(posed[MASK], view.through(prediction.camera), photo)
         else:
             return prediction
         try:

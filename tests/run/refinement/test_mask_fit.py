@@ -10,7 +10,7 @@ from scipy.spatial import ConvexHull
 from r2art.core.camera import Camera
 from r2art.core.errors import InputError, UsageError
 from r2art.core.image import crop_square, read_image
-from r2art.run.refinement.mask_fit import fitted, given_target, own_places, own_target
+from r2art.run.refinement.mask_fit import fitted, given_target, own_target
 from r2art.run.refinement.refine import resolutions
 
 CAMERA = Camera(300, 300, 160, 120, 320, 240)
@@ -100,8 +100,7 @@ def test_the_networks_own_mask_is_brought_to_the_crops_rays(predictor, pixels):
     view = crop_square(pixels, CAMERA, (-60, -20, 120, 160), 160, 1.25)
     share = np.zeros((20, 20), np.float32)
     share[8:12, 8:12] = 1
-    target = own_target({"object_mask": share}, view, read_image(pixels))
-    assert target.places is None
+    target = own_target(share, view, read_image(pixels))
     y, x = np.nonzero(target.mask > 0.5)
     assert (x.mean() + 0.5, y.mean() + 0.5) == pytest.approx((40, 40), abs=0.5)
     ray = np.linalg.inv(target.K) @ [40, 40, 1]
@@ -110,27 +109,6 @@ def test_the_networks_own_mask_is_brought_to_the_crops_rays(predictor, pixels):
     unknown = np.argwhere(target.known == 0)
     assert len(unknown) > 100
     assert ((unknown[:, 1] < left / 2) | (unknown[:, 0] < top / 2)).all()
-
-
-def test_places_that_show_a_part_are_seen_where_they_are():
-    """Of two looks; the second is sure of one place alone."""
-    part_mask = np.zeros((2, 3, 20, 20), np.float32)
-    part_mask[:, 0] = 1
-    part_mask[0, :, 8, 11] = 0.1, 0.2, 0.7
-    part_mask[0, :, 0, 0] = 0.0, 0.6, 0.4
-    part_mask[1, :, 8, 12] = 0.3, 0.4, 0.3
-    part_mask[1, :, 5, 5] = 0.0, 1.0, 0.0
-    coordinates = np.random.default_rng(0).uniform(-0.5, 0.5, (2, 3, 20, 20)).astype(np.float32)
-    deviation = np.full((2, 20, 20), 4.0, np.float32)
-    said = {"part_mask": part_mask, "part_coordinates": coordinates}
-    places = own_places(said | {"coordinate_deviation": deviation}, 160)
-    assert places.part.tolist() == [0, 1, 0]
-    assert places.uv.tolist() == [[2, 2], [46, 34], [22, 22]]
-    np.testing.assert_array_equal(places.coordinates[1], coordinates[0, :, 8, 11])
-    assert places.deviation.tolist() == [2.0] * 3  # px of the window: half those of the crop
-    assert own_places(said, 160) is None
-    part_mask[:, 1:] = 0
-    assert own_places(said | {"coordinate_deviation": deviation}, 160) is None
 
 
 def test_the_predictor_refines_by_itself_unless_told_not_to(predictor, pixels):

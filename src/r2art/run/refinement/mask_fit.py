@@ -3,7 +3,7 @@
 See docs/silhouettes.md for what `r2art.run.refinement.refine` does with the two.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -13,9 +13,7 @@ from PIL import Image
 from r2art.core.errors import InputError, UsageError
 from r2art.core.image import ImageLike, Photo, View, crop_square, read_image
 from r2art.core.prediction import JointEstimate, PartEstimate, Prediction, Refinement
-from r2art.run.model import DENSE_OUTPUTS, MASK
 from r2art.run.refinement.body import Body
-from r2art.run.refinement.correspondences import Correspondences
 from r2art.run.refinement.hidden import hidden
 from r2art.run.refinement.pose import Posed, pose_of, posed
 from r2art.run.refinement.refine import refine
@@ -25,10 +23,6 @@ FloatArray = NDArray[np.floating]
 
 STEPS = 6
 """Steps by default."""
-SURE_PART = 0.5
-"""Least share of a place that shows a part, for it to count."""
-INDEPENDENT = 24.0
-"""Places by whose number all together count: neighbours err alike."""
 SIDE = 80
 """Side (px) to which the network's own masks are brought."""
 SHARPNESS = 3.0
@@ -60,7 +54,6 @@ class Target:
         K: (3, 3) intrinsics of the window.
         uncertainty: Of the estimate and of this mask.
         whole: Whether the mask shows also what something else hides.
-        places: Which point of the object is seen where in the window, if that is known.
     """
 
     mask: FloatArray
@@ -68,25 +61,21 @@ class Target:
     K: FloatArray
     uncertainty: Uncertainty
     whole: bool
-    places: Correspondences | None = None
 
 
-def own_target(outputs: Mapping[str, FloatArray], view: View, photo: Photo) -> Target:
+def own_target(object_mask: FloatArray, view: View, photo: Photo) -> Target:
     """Where the network sees the object, brought to a size whose outline can be followed.
 
     Args:
-        outputs: With ``object_mask``, and places if they are known, of
-            `r2art.run.model.Model.pose`; of one or more looks.
+        object_mask: (h, w) share of each place in the crop that shows the object.
         view: The crop ...
         photo: ... and what it was cut from.
     """
-    object_mask = outputs[MASK]
     share = np.clip(object_mask, 1e-4, 1 - 1e-4).astype(np.float32)
     logits = Image.fromarray(np.log(share / (1 - share)))
     large = np.asarray(logits.resize((SIDE, SIDE), Image.Resampling.BICUBIC), float)
     mask = 1 / (1 + np.exp(-SHARPNESS * large))
-    size = view.pixels.shape[0]
-    at = (np.arange(SIDE) + 0.5) / SIDE * size / view.scale
+    at = (np.arange(SIDE) + 0.5) / SIDE * view.pixels.shape[0] / view.scale
     x, y = at + view.corner[0], at + view.corner[1]
     known = ((y > 0) & (y < photo.height))[:, None] & ((x > 0) & (x < photo.width))
     camera = view.camera.resize(SIDE, SIDE)
@@ -96,33 +85,6 @@ def own_target(outputs: Mapping[str, FloatArray], view: View, photo: Photo) -> T
         K=camera.K,
         uncertainty=replace(OF_NETWORK, outline=OF_NETWORK.outline * doubt(object_mask)),
         whole=False,
-        places=own_places(outputs, size),
-    )
-
-
-def own_places(outputs: Mapping[str, FloatArray], size: int) -> Correspondences | None:
-    """Which point of the object is seen where, in a window of `SIDE`; None: nothing is said.
-
-    Args:
-        outputs: As for `own_target`.
-        size: Side (px) of the crop that they are of.
-    """
-    if not set(outputs).issuperset(DENSE_OUTPUTS):
-        return None
-    part_mask, coordinates, deviation = (outputs[name] for name in DENSE_OUTPUTS)
-    part = part_mask[:, 1:].argmax(axis=1)
-    share = part_mask[:, 1:].max(axis=1)
-    look, row, column = np.nonzero(share > SURE_PART)
-    if not look.size:
-        return None
-    height, width = part.shape[1:]
-    uv = np.stack([(column + 0.5) / width, (row + 0.5) / height], axis=-1) * SIDE
-    count = max(1.0, len(look) / INDEPENDENT)
-    return Correspondences(
-        part=part[look, row, column],
-        coordinates=coordinates[look, :, row, column].astype(float),
-        uv=uv,
-        deviation=deviation[look, row, column] * (SIDE / size * np.sqrt(count)),
     )
 
 
@@ -211,7 +173,6 @@ def fitted(
         target.mask,
         target.K,
         known=known,
-        places=target.places,
         uncertainty=target.uncertainty,
         starts=1,
         steps=(2, steps // 2, steps, steps // 3, 0),

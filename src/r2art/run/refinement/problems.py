@@ -7,7 +7,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from r2art.run.refinement.body import IMAGE_FREEDOM, Body
-from r2art.run.refinement.correspondences import Correspondences, correspondence_errors
 from r2art.run.refinement.coverage import coverage_errors
 from r2art.run.refinement.descent import Measure, Problem
 from r2art.run.refinement.errors import Errors
@@ -39,13 +38,12 @@ class Problems:
     box: Problem
     outline: Problem
     silhouettes: Sequence[Problem]
-    distances: Measure
 
     def distance(self, pose: Pose, deviation: float) -> float:
         """Root mean square distance of the outlines of one start and of the masks, as a share of
         the object's size, if ``deviation`` is the outline's.
         """
-        error = self.distances(pose).error
+        error = self.outline.measure(pose).error
         told = max(1, np.count_nonzero(error))
         return float(np.sqrt((error**2).sum() / told)) * deviation / _independence(DIRECTIONS)
 
@@ -58,7 +56,6 @@ def problems(
     known: FloatArray,
     K: FloatArray,
     sure: Uncertainty,
-    places: Correspondences | None = None,
 ) -> Problems:
     """What moves an estimate to masks.
 
@@ -70,7 +67,6 @@ def problems(
         known: ... and what of them is known.
         K: (3, 3) intrinsics of the masks.
         sure: How far off the estimate and the masks may be.
-        places: What shows which point, with deviations as they count.
     """
     scale = sure.log_scale > 0
     tips = bodies[0].outlined()
@@ -85,15 +81,6 @@ def problems(
     whole[tips.border] = sure.border > 0
     place = np.zeros(len(deviations), bool)
     place[3:IMAGE_FREEDOM] = True
-
-    def with_places(measure: Measure) -> Measure:
-        if places is None:
-            return measure
-        return lambda pose: measure(pose).beside(pointwise(pose))
-
-    def pointwise(pose: Pose) -> Errors:
-        assert places is not None
-        return correspondence_errors(tips, pose, places, K, scale=scale)
 
     def reach(wanted: Outline) -> Measure:
         firmness = _independence(wanted.reach.shape[-1]) / (sure.outline * wanted.extent)
@@ -125,14 +112,9 @@ def problems(
 
     silhouettes = zip((bodies[k] for k in rendered), levels, strict=True)
     return Problems(
-        box=problem(tips, reach(box), place)
-        if places is None
-        else problem(tips, pointwise, whole & (np.arange(len(whole)) != tips.border)),
-        outline=problem(tips, with_places(reach(around)), whole),
-        silhouettes=tuple(
-            problem(b, with_places(pixels(b, level)), whole) for b, level in silhouettes
-        ),
-        distances=reach(around),
+        box=problem(tips, reach(box), place),
+        outline=problem(tips, reach(around), whole),
+        silhouettes=tuple(problem(b, pixels(b, level), whole) for b, level in silhouettes),
     )
 
 

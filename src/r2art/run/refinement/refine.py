@@ -21,7 +21,6 @@ from numpy.typing import NDArray
 from r2art.core.category import Category
 from r2art.core.errors import InputError, UsageError
 from r2art.run.refinement.body import Body, body_of
-from r2art.run.refinement.correspondences import Correspondences
 from r2art.run.refinement.pose import Pose, pose_of
 from r2art.run.refinement.problems import POINTS, problems
 from r2art.run.refinement.search import Search
@@ -74,7 +73,6 @@ def refine(
     K: FloatArray,
     *,
     known: FloatArray | None = None,
-    places: Correspondences | None = None,
     uncertainty: Uncertainty | None = None,
     starts: int = 4,
     steps: Sequence[int] = STEPS,
@@ -90,8 +88,6 @@ def refine(
             are whole; where one part hides another, say so in ``known``.
         K: (3, 3) intrinsics of the masks.
         known: Like ``masks``; 0 where they may be wrong, else 1.
-        places: Which point of the object is seen where, if that is known: then these bring it
-            home, not the masks' box.
         uncertainty: Of the estimate and the masks.
         starts: Poses to start from: the estimate, and others around it within its uncertainty.
             Where none of several fits, there are more.
@@ -108,18 +104,18 @@ def refine(
     estimate = pose_of(bodies[0], cam_T_root, joint_state)
     rendered = [k for k, most in enumerate(steps[2:]) if most > 0]
     search = Search(
-        problems=problems(bodies, rendered, estimate, masks, known, K, sure, places),
+        problems=problems(bodies, rendered, estimate, masks, known, K, sure),
         steps=(*steps[:2], *(steps[k + 2] for k in rendered)),
         images=len(masks),
         until=until,
     )
     found = search.run(lambda count: spread(bodies[0], estimate, sure, count), starts)
     shares = [search.problems.distance(p, sure.outline) for p in (found.pose, estimate)]
-    better = places is not None or shares[0] <= shares[1]
+    better = shares[0] <= shares[1]
     return _result(
         bodies[0],
         found.pose if better else estimate,
-        residual=shares[0] if better else shares[1],
+        residual=min(shares),
         start_residual=shares[1],
         steps=found.steps,
         converged=found.converged,
