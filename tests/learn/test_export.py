@@ -103,8 +103,8 @@ def test_the_answer_is_that_of_the_method(run, session):
     said = dict(zip(names, session.run(None, feed), strict=True))
     image, intrinsics, box = (torch.from_numpy(feed[k]) for k in ("image", "K", "box"))
     with torch.no_grad():
-        fine, p16 = network.features(image.permute(0, 3, 1, 2).float() / 127.5 - 1)
-        mask = network.object_mask(fine)
+        dense, p16 = network.features(image.permute(0, 3, 1, 2).float() / 127.5 - 1)
+        mask = network.object_mask(dense)
         assert said["object_mask"].shape == (1, S // 4, S // 4)
         np.testing.assert_allclose(said["object_mask"], mask, atol=2e-3)
         assert 0 <= said["object_mask"].min() < said["object_mask"].max() <= 1

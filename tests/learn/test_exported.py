@@ -47,8 +47,8 @@ def said(network: Network, name: str, inputs) -> list[torch.Tensor]:
 
 def masks(network: Network, inputs) -> torch.Tensor:
     with torch.no_grad():
-        fine, _ = network.eval().features(inputs[0])
-        found = network.object_mask(fine)
+        dense, _ = network.eval().features(inputs[0])
+        found = network.object_mask(dense)
     assert found is not None
     return found
 

@@ -338,14 +338,17 @@ def test_the_learning_rate_warms_up_and_falls_to_a_hundredth():
 
 def test_every_parameter_is_optimised_once_and_decays_if_it_is_a_weight(photos):
     network = R2ArtNet(tuple(p.category for p in photos.values()), **SMALL)
-    recipe = replace(SHORT, learning_rate=1.0, trunk_learning_rate=0.1, weight_decay=0.5)
+    rates = {"learning_rate": 1.0, "trunk_learning_rate": 0.1, "dense_learning_rate": 2.0}
+    recipe = replace(SHORT, **rates, weight_decay=0.5)
     names = {id(p): name for name, p in network.named_parameters()}
     seen = []
     for group in make_optimizer(network, recipe).param_groups:
         for parameter in group["params"]:
             name = names[id(parameter)]
             seen.append(name)
-            assert group["peak_lr"] == (0.1 if name.startswith("trunk.") else 1.0)
+            dense = name.startswith("decoder.") or ".surface." in name
+            expected = 2.0 if dense else 0.1 if name.startswith("trunk.") else 1.0
+            assert group["peak_lr"] == expected, name
             assert group["weight_decay"] == (0.5 if parameter.ndim > 1 else 0.0)
     assert sorted(seen) == sorted(names.values())
 

@@ -50,7 +50,8 @@ def placed(photos: dict[str, Photos], device: torch.device) -> dict[str, Photos]
     """The photos on a GPU that has three times the room for them, else where they are."""
     if device.type != "cuda":
         return photos
-    needed = sum(p.image.nbytes + p.mask.nbytes for p in photos.values())
+    pictures = [t for p in photos.values() for t in (p.image, p.mask, p.coordinates)]
+    needed = sum(t.nbytes for t in pictures)
     free, _ = torch.cuda.mem_get_info(device)
     return {k: p.to(device) for k, p in photos.items()} if 3 * needed < free else photos
 

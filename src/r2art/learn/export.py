@@ -60,7 +60,7 @@ class Graph(nn.Module):
     ) -> tuple[Tensor, ...]:
         """All outputs, in the order of `output_names`, of one image through V cameras."""
         x = image.permute(0, 3, 1, 2).float() / 127.5 - 1
-        fine, seen = self.network.features(x)
+        dense, seen = self.network.features(x)
         found_box, category_logits = self.network.find(seen)
         known = [self.network.names.index(name) for name in self.names]
         scores = category_logits.softmax(dim=-1)[:, known]
@@ -68,7 +68,7 @@ class Graph(nn.Module):
         outputs = [found_box, torch.cat([scores, nothing], dim=-1)]
         for name in self.names:
             outputs += self._estimate(name, seen, K, box)
-        if (mask := self.network.object_mask(fine)) is not None:
+        if (mask := self.network.object_mask(dense)) is not None:
             outputs.append(mask)
         return tuple(outputs)
 

@@ -1,6 +1,6 @@
 """A rendered dataset as tensors in memory, decoded once.
 
-Cores that train cannot also decode: a quarter of a megabyte per 256² photo is the price.
+Cores that train cannot also decode: half a megabyte per 256² photo is the price.
 """
 
 from collections.abc import Iterable, Iterator, Sequence

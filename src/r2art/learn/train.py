@@ -105,8 +105,8 @@ def _rate(name: str, recipe: Recipe) -> float:
     """At which a parameter learns, at its peak."""
     if name.startswith(PRETRAINED):
         return recipe.trunk_learning_rate
-    of_places = name.startswith("decoder.") or ".surface." in name
-    return recipe.dense_learning_rate if of_places else recipe.learning_rate
+    is_dense = name.startswith("decoder.") or ".surface." in name
+    return recipe.dense_learning_rate if is_dense else recipe.learning_rate
 
 
 def make_network(

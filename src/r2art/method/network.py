@@ -110,8 +110,15 @@ class Neck(nn.Module):
         return self.at_4(self.fine_lateral(finest) + self.up(self.narrow(p8))), p8, p16
 
 
+def decoded_channels(width: int) -> int:
+    """Of what the dense heads of the categories read."""
+    return width * 2 // 3
+
+
 class Decoder(nn.Module):
     """What places show, from what is seen there, where they are, and what the whole crop shows.
+
+    It serves training alone, beside the heads of the categories that read it.
 
     Args:
         width: Channels of the neck.
@@ -164,7 +171,7 @@ class CategoryHeads(nn.Module):
         if self.joint_centric:
             self.joint = perceptron(inputs, 256, [0.5] * self.num_joints)
         self.confidence = perceptron(inputs, 64, [0.0] * self.num_parts)
-        self.surface = nn.Conv2d(width * 2 // 3, self.num_parts + DENSE_CHANNELS, 1)
+        self.surface = nn.Conv2d(decoded_channels(width), self.num_parts + DENSE_CHANNELS, 1)
         with torch.no_grad():
             self.surface.bias[-1] = FIRST_LOG_DEVIATION  # pyright: ignore[reportOptionalSubscript]
 
@@ -223,7 +230,7 @@ class R2ArtNet(Network):
         self.found_box = perceptron(256, 128, [0.0] * 4)
         self.category_logits = perceptron(256, 128, [0.0] * (len(categories) + NOTHING_KNOWN))
         self.object_logits = dense_head(width // 2, 1)
-        self.decoder = Decoder(width, 512, width * 2 // 3)
+        self.decoder = Decoder(width, 512, decoded_channels(width))
         inputs = 512 + NUM_CUES
         self.heads = nn.ModuleDict(
             {c.name: CategoryHeads(c, inputs, width, pose_heads) for c in categories}
@@ -291,9 +298,9 @@ class R2ArtNet(Network):
         p4, _, p16 = self.neck(self.trunk(image))
         return p4, p16
 
-    def object_mask(self, fine: Tensor) -> Float[Tensor, "B h w"]:
+    def object_mask(self, dense: Tensor) -> Float[Tensor, "B h w"]:
         """Stride-4 features of crops to the share of each place that shows the object."""
-        return self.object_logits(fine)[:, 0].float().sigmoid()
+        return self.object_logits(dense)[:, 0].float().sigmoid()
 
     def estimate_raw(
         self,

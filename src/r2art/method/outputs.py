@@ -113,6 +113,8 @@ class DenseOutput:
     log_deviation: Float[Tensor, "B h w"]
 
 
+LOG_DEVIATION = (-1.0, 4.0)
+"""Least and greatest of a `DenseOutput`: 0.4 to 55 px."""
 DENSE_CHANNELS = 5
 """Of the maps of a `DenseOutput`, besides one for every part: none, coordinates, deviation."""
 
@@ -128,8 +130,6 @@ def dense_output(maps: Float[Tensor, "B D h w"]) -> DenseOutput:
     )
 
 
-LOG_DEVIATION = (-1.0, 4.0)
-"""Least and greatest: 0.4 to 55 px."""
 NOTHING_KNOWN = 1
 """Answers to what a photo shows that are no category: one, the last."""
 
@@ -140,7 +140,7 @@ class CropOutput:
 
     Attributes:
         raw: The raw estimate of every crop.
-        dense: What every place says.
+        dense: What every place says of the parts.
         object_logits: Where the object is seen, at stride 4.
         category_logits: What the crops show, taken for whole photos, which they are at a second
             look.
@@ -204,8 +204,8 @@ class Network(nn.Module):
         """
 
     @abstractmethod
-    def features(self, image: Float[Tensor, "B 3 S S"]) -> tuple[Any, Any]:
-        """Images in [-1, 1] to fine features, and to what `find` and `estimate_raw` read."""
+    def features(self, image: Float[Tensor, "B 3 S S"]) -> tuple[Tensor, Any]:
+        """Images in [-1, 1] to dense features, and to what `find` and `estimate_raw` read."""
 
     @abstractmethod
     def estimate_raw(
@@ -216,9 +216,9 @@ class Network(nn.Module):
         One crop may be seen through several cameras: then there are several boxes and K.
         """
 
-    def object_mask(self, fine: Any) -> Float[Tensor, "B h w"] | None:
-        """Fine features of crops to the share of each place that shows the object, or nothing."""
-        del fine
+    def object_mask(self, dense: Tensor) -> Float[Tensor, "B h w"] | None:
+        """Dense features of crops to the share of each place that shows the object, or nothing."""
+        del dense
         return None
 
     @abstractmethod
