@@ -90,11 +90,14 @@ def test_a_mixed_batch_has_equally_many_crops_of_every_category(photos):
     assert set(batches(photos, groups=5)(0).names) == set(photos)  # all, as there are fewer
 
 
+PICTURES = ("image", "mask", "coordinates")
+
+
 @GROUPS
 def test_crops_and_views_know_their_photos(photos, groups):
     """Also where the photos of two categories differ in size."""
     low = photos["drawer"]
-    low = replace(low, image=low.image[:, :, :48], mask=low.mask[:, :48])
+    low = replace(low, **{k: getattr(low, k)[..., :48, :] for k in PICTURES})
     for given in (photos, photos | {"drawer": low}):
         made = batches(given, groups=groups, photos=4, offline_features=True)  # not augmented
         for step in range(3):
@@ -117,7 +120,7 @@ def test_crops_and_views_know_their_photos(photos, groups):
 @GROUPS
 def test_photos_of_two_sizes_are_augmented_to_one(photos, groups):
     low = photos["drawer"]
-    low = replace(low, image=low.image[..., :48], mask=low.mask[..., :48])
+    low = replace(low, **{k: getattr(low, k)[..., :48] for k in PICTURES})
     made = batches(photos | {"drawer": low}, groups=groups, others=1)
     for step in range(4):
         image, _, _, photo = made(step).inputs()
