@@ -67,8 +67,9 @@ def test_a_run_starts_from_another_that_knew_fewer_categories(job, datasets, tmp
     first = replace(job, data=(datasets["laptop"],), out=tmp_path / "laptops")
     train(first)
     trained, _ = checkpoint.load_network(first.out)
-    gone_on = replace(job, init=first.out, recipe=replace(SHORT, steps=1, learning_rate=0.0))
-    gone_on = replace(gone_on, recipe=replace(gone_on.recipe, trunk_learning_rate=0.0))
+    rates = ("learning_rate", "trunk_learning_rate", "dense_learning_rate")
+    still = replace(SHORT, steps=1, **dict.fromkeys(rates, 0.0))
+    gone_on = replace(job, init=first.out, recipe=still)
     train(gone_on)
     network, about = checkpoint.load_network(gone_on.out)
     assert about["init"]["categories"] == ["laptop"]
