@@ -92,7 +92,7 @@ def test_it_comes_home(truth, bodies):
 
 
 def test_what_fits_stays(truth, bodies):
-    """Fits but for a mesh whose parts are a little hollower than the mask, by their convex hulls."""
+    """But for a mesh whose parts are a little hollower than the mask, by their convex hulls."""
     center = np.array([part.box_center for part in truth.parts])
     size = np.array([part.box_size for part in truth.parts])
     body = bodies[0].stretched(center, size)
