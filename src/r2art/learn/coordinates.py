@@ -10,28 +10,29 @@ from jaxtyping import Bool, Float, UInt8
 from numpy.typing import NDArray
 from torch import Tensor
 
+from r2art.data.checking.boxes import pixel_rays
 from r2art.data.sample import Sample
 
 UNKNOWN = 0
 MIDDLE, STEP = 128.0, 1 / 250
 BEYOND = 0.505
 """Greatest coordinate, but for rounding of depths: beyond it there is nothing of the part."""
+DEPTH_SLACK = 4e-3
+"""Of the distance, by which a stored depth may be off."""
 
 
 def part_coordinates(sample: Sample) -> UInt8[np.ndarray, "3 H W"]:
     """Coordinates of all pixels that show a part at a known depth; elsewhere `UNKNOWN`."""
     found = np.full((3, *sample.mask.shape), UNKNOWN, np.uint8)
-    K = sample.camera.K
     for k, (pose, center, size) in enumerate(
         zip(sample.cam_T_part, sample.box_center, sample.box_size, strict=True)
     ):
         v, u = np.nonzero((sample.mask == k + 1) & (sample.depth > 0))
-        z = sample.depth[v, u]
-        rays = np.linalg.solve(K, np.stack([u + 0.5, v + 0.5, np.ones_like(z)]))
-        at_rest = pose[:3, :3].T @ (rays * z - pose[:3, 3:])
-        share = (at_rest - center[:, None]) / size[:, None]
-        inside = (np.abs(share) * size[:, None] <= BEYOND * size[:, None] + 4e-3 * z).all(axis=0)
-        found[:, v[inside], u[inside]] = _bytes(share[:, inside])
+        z = sample.depth[v, u, None]
+        in_camera = pixel_rays(sample.camera, u, v) * z
+        from_center = (in_camera - pose[:3, 3]) @ pose[:3, :3] - center
+        inside = (np.abs(from_center) <= BEYOND * size + DEPTH_SLACK * z).all(axis=1)
+        found[:, v[inside], u[inside]] = _bytes(from_center[inside] / size).T
     return found
 
 
