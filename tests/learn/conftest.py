@@ -73,6 +73,12 @@ def small_recipe(**changes) -> Recipe:
 
 
 @pytest.fixture(scope="session")
+def small():
+    """Makes that recipe."""
+    return small_recipe
+
+
+@pytest.fixture(scope="session")
 def run(datasets, tmp_path_factory) -> Path:
     """A run on all photos, long enough to learn something."""
     out = tmp_path_factory.mktemp("run")

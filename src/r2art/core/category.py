@@ -180,6 +180,8 @@ class Category:
             known.
         symmetry: The labelling that is as good as the given one; None: every other is wrong.
         mirror: Of objects that are alike on both sides; None: mirrored photos show none of them.
+        keypoints: (P, N, 3) points of each part (m) that a network may look for one by one, where
+            all objects are the same but for their pose, as robot arms are. None: they differ.
     """
 
     name: str
@@ -196,6 +198,7 @@ class Category:
     mesh: Mesh | None = None
     symmetry: Symmetry | None = None
     mirror: Mirror | None = None
+    keypoints: FloatArray | None = None
 
     def __post_init__(self) -> None:
         for j, joint in enumerate(self.joints):
@@ -233,7 +236,8 @@ class Category:
             "symmetry": self.symmetry and asdict(self.symmetry),
             "mirror": self.mirror and asdict(self.mirror),
         }
-        names = ("box_center", "box_size", "points", "normals", "areas", "shape_basis")
+        names = ("box_center", "box_size", "points", "normals", "areas")
+        names += ("shape_basis", "keypoints")
         arrays = {k: v for k in names if (v := getattr(self, k)) is not None}
         if self.mesh is not None:
             arrays |= {f"mesh_{k}": v for k, v in vars(self.mesh).items()}
@@ -268,6 +272,7 @@ class Category:
                 frontal_area=meta["frontal_area"],
                 size_spread=meta.get("size_spread", 0.0),
                 shape_basis=f.get("shape_basis"),
+                keypoints=f.get("keypoints"),
                 mesh=Mesh(vertices=f["mesh_vertices"], faces=f["mesh_faces"], part=f["mesh_part"])
                 if "mesh_faces" in f
                 else None,

@@ -19,6 +19,10 @@ from r2art.data.staging import Staging, place_object
 FloatArray = NDArray[np.floating]
 POINTS_PER_OBJECT = 2048
 SHAPE_MODES = 8
+KEYPOINTS = 5
+"""On every part of objects that are all the same: its middle, and the rest far apart."""
+SAME_SHAPE = 1e-6
+"""Greatest spread of sizes (logarithms) that is none."""
 SAME_SIZE = 0.05
 """Greatest difference of the logarithms of part sizes of what is the same mean object."""
 _VIEWS = 1536
@@ -42,6 +46,7 @@ def category_prior(instances: Sequence[Instance], staging: Staging) -> Category:
     box_center[0] = 0.0
     typical = _typical(centers, np.exp(log_sizes), box_center, box_size)
     points, normals, areas = _surface_points(instances[typical], box_center, box_size)
+    are_same = np.ptp(log_sizes, axis=0).max() < SAME_SHAPE
     category = Category(
         name=instances[0].category,
         part_names=instances[0].part_names,
@@ -55,6 +60,7 @@ def category_prior(instances: Sequence[Instance], staging: Staging) -> Category:
         size_spread=_size_spread(centers, np.exp(log_sizes)),
         shape_basis=shape_basis(centers, np.exp(log_sizes), box_center, box_size),
         mesh=_mesh(instances[typical], box_center, box_size),
+        keypoints=keypoints_of(points, box_center) if are_same else None,
     )
     return with_symmetries(category)
 
@@ -127,6 +133,25 @@ def shape_basis(
     kept = np.flatnonzero(deviation > 1e-9)[:SHAPE_MODES]
     modes = (deviation[kept, None] * ways[kept]).reshape(len(kept), *differences.shape[1:])
     return modes * np.array([1, 1, 1, diagonal, diagonal, diagonal])
+
+
+def keypoints_of(points: FloatArray, box_center: FloatArray) -> FloatArray:
+    """(P, `KEYPOINTS`, 3) the middle of every part and those of its points that are far apart.
+
+    Args:
+        points: (P, M, 3) on the surface of each part (m).
+        box_center: (P, 3) likewise.
+    """
+    return np.stack([_far_apart(p, c) for p, c in zip(points, box_center, strict=True)])
+
+
+def _far_apart(points: FloatArray, center: FloatArray) -> FloatArray:
+    chosen = [center]
+    gap = np.linalg.norm(points - center, axis=-1)
+    while len(chosen) < KEYPOINTS:
+        chosen.append(points[gap.argmax()])
+        gap = np.minimum(gap, np.linalg.norm(points - chosen[-1], axis=-1))
+    return np.stack(chosen)
 
 
 def _size_spread(centers: FloatArray, sizes: FloatArray) -> float:

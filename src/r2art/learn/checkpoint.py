@@ -14,6 +14,7 @@ from torch import Tensor, nn
 from r2art.core.category import Category
 from r2art.core.errors import InputError, ModelError
 from r2art.data.shards import write_atomically
+from r2art.learn.exported import matched_answers
 from r2art.learn.recipes import NETWORK_FIELDS, Recipe, recipe_of
 from r2art.method.outputs import Network
 
@@ -125,18 +126,14 @@ def adopt(network: Network, trained: Network) -> None:
     """
     theirs, ours = trained.state_dict(), network.state_dict()
     fitting = {k: v for k, v in theirs.items() if k in ours and ours[k].shape == v.shape}
-    shared = [k for k in ours if not k.startswith(("heads.", "category_logits."))]
+    own = ("heads.", "category_logits.", "known_objects.")
+    shared = [k for k in ours if not k.startswith(own)]
     if odd := [k for k in shared if k not in fitting]:
         raise InputError(
             f"the run to start from is another network (first at {odd[0]}); "
             "start from a run of the same recipe"
         )
-    known = [name for name in network.names if name in trained.names]
-    to = [*(network.names.index(name) for name in known), len(network.names)]
-    of = [*(trained.names.index(name) for name in known), len(trained.names)]
-    for key in ours.keys() - fitting.keys():
-        if key.startswith("category_logits.") and key in theirs:
-            fitting[key] = ours[key].index_copy(0, torch.tensor(to), theirs[key][of])
+    fitting |= matched_answers(ours, theirs, network.names, trained.names)
     network.load_state_dict(ours | fitting)
 
 

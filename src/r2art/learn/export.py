@@ -6,7 +6,7 @@ run tier repeats no mathematics. Large weights are stored as float16 and widened
 
 import json
 import warnings
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
@@ -36,6 +36,8 @@ from r2art.method.outputs import Network
 FORMAT = "r2art/model/1"
 OPSET = 18
 FIELDS = ("cam_T_part", "box_center", "box_size", "confidence", "joint_state", "axis", "pivot")
+KEYPOINT_FIELDS = ("keypoint", "keypoint_deviation")
+"""Besides, of known objects."""
 MASK = "object_mask"
 """One more output, of networks that tell where the object is seen."""
 
@@ -68,6 +70,8 @@ class Graph(nn.Module):
         outputs = [found_box, torch.cat([scores, nothing], dim=-1)]
         for name in self.names:
             outputs += self._estimate(name, seen, K, box)
+            if (keypoints := self.network.keypoints(name, seen)) is not None:
+                outputs += [keypoints.uv, keypoints.log_deviation.exp()]
         if (mask := self.network.object_mask(dense)) is not None:
             outputs.append(mask)
         return tuple(outputs)
@@ -90,13 +94,25 @@ class Graph(nn.Module):
 def output_names(network: Network, names: tuple[str, ...]) -> list[str]:
     """Names of the graph's outputs, for these categories."""
     segments = type(network).object_mask is not Network.object_mask
-    groups = demands(names, segments=segments)
+    known = [name for name in names if network.priors[name].keypoints is not None]
+    groups = demands(names, known if network.finds_keypoints else (), segments=segments)
     return ["found_box", "category_scores", *(output for group in groups for output in group)]
 
 
-def demands(names: Sequence[str], *, segments: bool) -> list[list[str]]:
-    """The outputs that are asked for together: of every category, and last the object's mask."""
-    of_categories = [[f"{name}.{field}" for field in FIELDS] for name in names]
+def demands(
+    names: Sequence[str], known: Collection[str] = (), *, segments: bool
+) -> list[list[str]]:
+    """The outputs that are asked for together: of every category, and last the object's mask.
+
+    Args:
+        names: Of all categories ...
+        known: ... and of those with keypoints.
+        segments: Whether there is a mask.
+    """
+    of_categories = [
+        [f"{name}.{field}" for field in FIELDS + KEYPOINT_FIELDS * (name in known)]
+        for name in names
+    ]
     return of_categories + [[MASK]] * segments
 
 
@@ -140,8 +156,9 @@ def by_category(model: onnx.ModelProto) -> onnx.ModelProto:
     if is_on_demand(model):
         return model
     names = [described["name"] for described in exported.metadata(model)["categories"]]
-    segments = any(output.name == MASK for output in model.graph.output)
-    return on_demand(model, demands(names, segments=segments))
+    made = {output.name for output in model.graph.output}
+    known = [name for name in names if f"{name}.{KEYPOINT_FIELDS[0]}" in made]
+    return on_demand(model, demands(names, known, segments=MASK in made))
 
 
 @contextmanager
@@ -163,6 +180,7 @@ def metadata(
         {
             "name": c.name,
             "size_spread": c.size_spread,
+            "has_keypoints": network.finds_keypoints and c.keypoints is not None,
             "prior": prior_text.to_text(c),
             "parts": list(c.part_names),
             "joints": [

@@ -7,7 +7,7 @@ fresh.
 
 import hashlib
 import json
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -56,6 +56,8 @@ def load_exported(network: R2ArtNet, path: Path, inputs: Sequence[Any]) -> None:
             given |= {f"{names[id(norm)]}.{key}": value for key, value in identity.items()}
             folded.append(norm)
     fitting = {k: v for k, v in given.items() if k in state and state[k].shape == v.shape}
+    named = [c["name"] for c in metadata(read_model(path))["categories"]]
+    fitting |= matched_answers(state, given, network.names, named)
     if odd := [k for k in state if _is_shared(k) and k not in fitting]:
         raise ModelError(
             f"{path} is of another network (first at {odd[0]}); start from a model of the same "
@@ -64,6 +66,33 @@ def load_exported(network: R2ArtNet, path: Path, inputs: Sequence[Any]) -> None:
     network.load_state_dict(state | fitting)
     for asked in _for_each_category(network, inputs):
         unfold_normalisation(network, *asked, only=folded)
+
+
+def matched_answers(
+    state: Mapping[str, Tensor],
+    given: Mapping[str, Tensor],
+    names: Sequence[str],
+    given_names: Sequence[str],
+) -> dict[str, Tensor]:
+    """What a classifier says of categories that another knows as well, and of none.
+
+    Args:
+        state: Of the network ...
+        given: ... and of the other.
+        names: Of the network's categories ...
+        given_names: ... and of the other's.
+
+    Returns:
+        Of the network's parameters those that differ in shape, with what the other knows put in.
+    """
+    both = [name for name in names if name in given_names]
+    to = torch.tensor([*(names.index(name) for name in both), len(names)])
+    of = torch.tensor([*(given_names.index(name) for name in both), len(given_names)])
+    return {
+        key: value.index_copy(0, to, given[key][of])
+        for key, value in state.items()
+        if key.startswith("category_logits.") and key in given and value.shape != given[key].shape
+    }
 
 
 def facts(path: Path) -> dict[str, Any]:
@@ -117,7 +146,7 @@ def blended(model: onnx.ModelProto, path: Path) -> onnx.ModelProto:
 
 
 def _is_shared(key: str) -> bool:
-    own = ("heads.", "category_logits.", "decoder.", *MAY_LACK)
+    own = ("heads.", "category_logits.", "decoder.", "known_objects.", *MAY_LACK)
     return not key.startswith(own) and not key.endswith("num_batches_tracked")
 
 

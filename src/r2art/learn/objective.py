@@ -14,6 +14,7 @@ from r2art.learn.equivalent import better_labels
 from r2art.method import cascade, losses, se3
 from r2art.method.depth import translation_targets, viewing_ray
 from r2art.method.estimate import Estimate, estimate
+from r2art.method.keypoints import Keypoints
 from r2art.method.outputs import (
     NOTHING_KNOWN,
     CropOutput,
@@ -40,6 +41,8 @@ class Weights:
     part_mask: float = 0.5
     coordinates: float = 3.0
     correspondence: float = 0.1
+    keypoint: float = 0.3
+    keypoint_map: float = 0.2
     object_mask: float = 1.0
     cascade: float = 0.3
     confidence: float = 0.1
@@ -74,6 +77,7 @@ def base_losses(
 ) -> dict[str, Tensor]:
     """One scalar per quantity that the network predicts for crops."""
     raw = output.raw
+    assert raw is not None
     deformation = deformation_of(prior, crops.box_center, crops.box_size)
     predicted = replace(deformation, log_scale=raw.log_scale, center_shift=raw.center_shift)
     corners = corners_in_camera(found.shape, found.cam_T_part)
@@ -90,6 +94,9 @@ def base_losses(
     if output.dense is not None:
         terms["part_mask"] = F.cross_entropy(output.dense.part_logits, part_classes(crops))
         terms |= coordinate_losses(output.dense, crops)
+    if output.keypoints is not None:
+        assert prior.keypoints is not None
+        terms |= keypoint_losses(prior.keypoints, output.keypoints, crops)
     if output.object_logits is not None:
         terms["object_mask"] = mask_loss(output.object_logits, crops.seen)
     terms["confidence"] = F.binary_cross_entropy_with_logits(
@@ -158,6 +165,33 @@ def coordinate_losses(dense: DenseOutput, crops: Crops) -> dict[str, Tensor]:
     return {
         "coordinates": torch.where(known, off, 0.0).sum() / count,
         "correspondence": torch.where(known, density, 0.0).sum() / count,
+    }
+
+
+def keypoint_losses(
+    keypoints: Float[Tensor, "P N 3"], found: Keypoints, crops: Crops
+) -> dict[str, Tensor]:
+    """How far off keypoints are, and how well the network knows it.
+
+    ``keypoint``: negative logarithm of a bivariate Laplace density of the true place.
+    ``keypoint_map``: cross-entropy of the maps with a bell of one place's width around it. Both
+    are means over the points within the crop.
+    """
+    in_camera = se3.transform(crops.cam_T_part, keypoints.expand(len(crops.K), -1, -1, -1))
+    uv = project(in_camera, crops.K[:, None]).flatten(1, 2)
+    size, (height, width) = crops.image.shape[-1], found.logits.shape[2:]
+    shown = ((uv > 0) & (uv < size)).all(dim=-1)
+    count = shown.sum().clamp_min(1)
+    gap = ((found.uv - uv).square().sum(-1) + 1e-2).sqrt()
+    density = gap * (-found.log_deviation).exp() + 2 * found.log_deviation
+    place = uv * uv.new_tensor([width, height]) / size - 0.5
+    across = -0.5 * (torch.arange(width, device=uv.device) - place[..., :1]).square()
+    down = -0.5 * (torch.arange(height, device=uv.device) - place[..., 1:]).square()
+    bell = (down.softmax(-1)[..., :, None] * across.softmax(-1)[..., None, :]).flatten(2)
+    surprise = -(bell * found.logits.float().flatten(2).log_softmax(-1)).sum(-1)
+    return {
+        "keypoint": torch.where(shown, density, 0.0).sum() / count,
+        "keypoint_map": torch.where(shown, surprise, 0.0).sum() / count,
     }
 
 
@@ -271,6 +305,7 @@ def crop_losses(
 
     Of labels that say the same of an object that looks the same, the nearest counts.
     """
+    assert output.raw is not None
     found = estimate(prior, output.raw, crops.box, crops.K)
     crops = better_labels(prior, found, crops)
     shape = true_shape(prior, crops)
@@ -295,14 +330,16 @@ def objective(
     """The total loss, every term of it, and the cascade's stage of every crop.
 
     ``cascade_pixels`` None leaves the cascade out. Losses on crops are means over the
-    categories, however many parts these have.
+    categories that the network estimates, however many parts these have.
     """
     found = {
         name: crop_losses(priors[name], output.crops[name], some, cascade_pixels, options)
         for name, some in crops.items()
+        if output.crops[name].raw is not None
     }
     per_category = [terms for terms, _ in found.values()]
-    terms = {k: torch.stack([t[k] for t in per_category if k in t]).mean() for k in per_category[0]}
+    names = list(dict.fromkeys(k for some in per_category for k in some))
+    terms = {k: torch.stack([t[k] for t in per_category if k in t]).mean() for k in names}
     terms |= photo_losses(output, views, category, tuple(priors))
     weighted = {k: w * v for k, v in terms.items() if (w := getattr(weights, k, 0.0))}
     stages = {name: stage for name, (_, stage) in found.items() if stage is not None}

@@ -29,6 +29,8 @@ class Recipe:
             every augmented crop, and the small network's trunk is not frozen.
         frozen_to: Of the small network: the trunk's layers up to the features of this stride stay
             as they are, which saves a third of a step's time at stride 8; 0: all of it learns.
+        only_known: Of the small network: whether nothing learns but what serves categories of known
+            objects alone, and what tells categories and boxes of whole photos.
         pose_heads: Whether joint states are regressed, or every part's pose (ablation).
         input_size: Side (px) of crops and of the letterboxed photo.
         width: Channels of the neck.
@@ -42,7 +44,8 @@ class Recipe:
         others: Pictures per step, of every share, that show no known object.
         shares: Shares of a step's batch that each process takes.
         learning_rate: At its peak, of the new layers ...
-        trunk_learning_rate: ... of the pre-trained trunk ...
+        trunk_learning_rate: ... of the pre-trained trunk, or of what finds objects in photos where
+            only that and known objects are taught ...
         dense_learning_rate: ... and of what says which point of a part every place shows.
         warm_up: Steps of linear warm-up; the cosine decay takes the rest.
         weight_decay: Of AdamW.
@@ -64,6 +67,7 @@ class Recipe:
     pretrained: bool = False
     offline_features: bool = False
     frozen_to: int = 0
+    only_known: bool = False
     pose_heads: PoseHeads = "joint"
     input_size: int = 160
     width: int = 96
@@ -116,6 +120,7 @@ class Recipe:
             options,
             self.pose_heads,
             frozen_to=STRIDES[-1] if self.offline_features else self.frozen_to,
+            only_known=self.only_known,
         )
 
     def for_photos(self, n: int, categories: int = 1, processes: int = 1) -> "Recipe":
@@ -180,6 +185,26 @@ def further(steps: int = 5400) -> Recipe:
         learning_rate=4e-4,
         trunk_learning_rate=2e-4,
         cascade_from=0,
+        seed=1,
+    )
+
+
+def known(steps: int = 8000) -> Recipe:
+    """Known objects, such as robot arms, beside what a trained run or model (``--init``) knows.
+
+    That keeps all it has learned of other categories; photos of these are needed nonetheless, to
+    be told apart from. Give known objects their turns: ``--turns panda=99 iiwa7=99``.
+    """
+    return Recipe(
+        backbone_options={"pad_type": "same"},
+        only_known=True,
+        steps=steps,
+        crops=12,
+        groups=3,
+        photos=12,
+        others=3,
+        trunk_learning_rate=2e-4,
+        cascade_from=None,
         seed=1,
     )
 
@@ -279,6 +304,7 @@ RECIPES = {
     for f in (
         tiny,
         further,
+        known,
         many,
         smoke,
         paper,

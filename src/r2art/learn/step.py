@@ -147,7 +147,7 @@ class Steps:
         return Passed(
             numbers=torch.stack(numbers),
             names=tuple(terms),
-            raw={name: of_crops.raw for name, of_crops in output.crops.items()},
+            raw={name: c.raw for name, c in output.crops.items() if c.raw is not None},
             stages=stages,
         )
 

@@ -73,6 +73,8 @@ class Training:
 
 PRETRAINED = ("trunk.", "depth.", "joint.")
 """Where the backbones are in the networks."""
+FINDING = ("photo_summary.", "found_box.", "category_logits.")
+"""What tells categories and boxes of whole photos."""
 
 
 def make_optimizer(network: Network, recipe: Recipe) -> torch.optim.Optimizer:
@@ -103,7 +105,7 @@ def make_optimizer(network: Network, recipe: Recipe) -> torch.optim.Optimizer:
 
 def _rate(name: str, recipe: Recipe) -> float:
     """At which a parameter learns, at its peak."""
-    if name.startswith(PRETRAINED):
+    if name.startswith(PRETRAINED) or (recipe.only_known and name.startswith(FINDING)):
         return recipe.trunk_learning_rate
     is_dense = name.startswith("decoder.") or ".surface." in name
     return recipe.dense_learning_rate if is_dense else recipe.learning_rate

@@ -6,10 +6,14 @@ rotation and 2D translation, depth and size, joint states. On a whole photo the 
 the object and names its category. One dense head for all categories tells where the object is
 seen, which refinement fits; while training, others tell which point of which part every place
 shows.
+
+Objects that are all the same, such as robot arms, are read by a neck of their own: it looks for
+their keypoints (`r2art.method.keypoints`), and the branches read those, too.
 """
 
 import math
 from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from typing import Any, cast
 
 import timm
@@ -19,6 +23,8 @@ from timm.models import FeatureInfo
 from torch import Tensor, nn
 
 from r2art.core.category import Category
+from r2art.method.keypoints import FIRST_LOG_DEVIATION as FIRST_OF_KEYPOINTS
+from r2art.method.keypoints import LOG_DEVIATION, Keypoints, place_of
 from r2art.method.layers import (
     FROM_THE_FRONT,
     NUM_CUES,
@@ -40,6 +46,10 @@ from r2art.method.outputs import (
 )
 
 STRIDES = (4, 8, 16, 32)
+SUMMARY = 512
+"""Length of the summary of a crop ..."""
+KNOWN_SUMMARY = 256
+"""... and of one of a known object, whose keypoints say the rest."""
 FIRST_LOG_DEVIATION = 2.5
 """Of places of a network that has learned nothing: 12 px."""
 
@@ -154,8 +164,42 @@ def dense_head(channels: int, classes: int) -> nn.Sequential:
     return nn.Sequential(separable(channels, channels), nn.Conv2d(channels, classes, 1))
 
 
+@dataclass(frozen=True, kw_only=True)
+class Reading:
+    """What crops of known objects show: dense features at stride 4, and a summary."""
+
+    fine: Float[Tensor, "B C h w"]
+    summary: Float[Tensor, "B D"]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Seen:
+    """What the heads read of images: features at stride 16, and what known objects are read by."""
+
+    p16: Float[Tensor, "B C h w"]
+    known: Reading | None
+
+
+class KnownObjects(nn.Module):
+    """The trunk's features, read for the keypoints of known objects."""
+
+    def __init__(self, channels: Sequence[int], width: int, cells: int) -> None:
+        super().__init__()
+        self.neck = Neck(channels, width)
+        self.summary = Summary(width, cells, KNOWN_SUMMARY)
+        self.decoder = Decoder(width, KNOWN_SUMMARY, decoded_channels(width))
+
+    def forward(self, features: list[Tensor]) -> Reading:
+        """Features at strides 4, 8, 16, 32."""
+        p4, p8, p16 = self.neck(features)
+        summary = self.summary(p16)
+        return Reading(fine=self.decoder(p4, p8, summary), summary=summary)
+
+
 class CategoryHeads(nn.Module):
     """The branches of one category."""
+
+    hidden = 256
 
     def __init__(
         self, category: Category, inputs: int, width: int, pose_heads: PoseHeads = "joint"
@@ -166,10 +210,10 @@ class CategoryHeads(nn.Module):
         self.joint_centric = pose_heads == "joint"
         self.num_posed = 1 if self.joint_centric else self.num_parts
         depth_size = self.num_posed + 3 * self.num_parts + 3 * self.num_joints
-        self.rot_trans = perceptron(inputs, 256, FROM_THE_FRONT * self.num_posed)
-        self.depth_size = perceptron(inputs, 256, [0.0] * depth_size)
+        self.rot_trans = perceptron(inputs, self.hidden, FROM_THE_FRONT * self.num_posed)
+        self.depth_size = perceptron(inputs, self.hidden, [0.0] * depth_size)
         if self.joint_centric:
-            self.joint = perceptron(inputs, 256, [0.5] * self.num_joints)
+            self.joint = perceptron(inputs, self.hidden, [0.5] * self.num_joints)
         self.confidence = perceptron(inputs, 64, [0.0] * self.num_parts)
         self.surface = nn.Conv2d(decoded_channels(width), self.num_parts + DENSE_CHANNELS, 1)
         with torch.no_grad():
@@ -192,6 +236,47 @@ class CategoryHeads(nn.Module):
         )
 
 
+class KnownHeads(CategoryHeads):
+    """The branches of a category of known objects, which read keypoints, too.
+
+    Sizes are the prior's.
+    """
+
+    hidden = 384
+
+    def __init__(self, category: Category, width: int, pose_heads: PoseHeads = "joint") -> None:
+        assert category.keypoints is not None
+        count = category.keypoints[..., 0].size
+        super().__init__(category, KNOWN_SUMMARY + NUM_CUES + 3 * count, width, pose_heads)
+        self.maps = nn.Conv2d(decoded_channels(width), count, 1)
+        self.deviation = perceptron(KNOWN_SUMMARY + count, 128, [FIRST_OF_KEYPOINTS] * count)
+
+    def located(self, reading: Reading) -> Keypoints:
+        """The keypoints in crops."""
+        logits = self.maps(reading.fine)
+        uv, variance = place_of(logits, STRIDES[0])
+        unsure = torch.cat([reading.summary, (variance + 1).log()], dim=1).detach()
+        log_deviation = self.deviation(unsure).float().clamp(*LOG_DEVIATION)
+        return Keypoints(logits=logits, uv=uv, log_deviation=log_deviation)
+
+    def posed(
+        self,
+        summary: Float[Tensor, "B D"],
+        keypoints: Keypoints,
+        box: Float[Tensor, "B 4"],
+        cues: Float[Tensor, "B 6"],
+    ) -> RawEstimate:
+        """The raw estimate, from where the keypoints lie in the box; they learn nothing by it."""
+        center, extent = (box[:, :2] + box[:, 2:]) / 2, (box[:, 2:] - box[:, :2]).amax(1)
+        extent = extent[:, None, None]
+        places = (keypoints.uv.detach() - center[:, None]) / extent
+        deviation = keypoints.log_deviation.detach() - extent[:, 0].log()
+        found = torch.cat([places.flatten(1), deviation + LOG_DEVIATION[1]], dim=1)
+        raw = self(torch.cat([summary.expand(found.shape[0], -1), cues, found], dim=1))
+        same = torch.zeros_like(raw.log_scale)
+        return replace(raw, log_scale=same, center_shift=same)
+
+
 class R2ArtNet(Network):
     """Trunk, neck and heads of several categories.
 
@@ -204,6 +289,8 @@ class R2ArtNet(Network):
         pose_heads: Whether joint states or the parts' poses are regressed.
         frozen_to: The trunk's layers up to the features of this stride stay as they are, in
             evaluation mode and without gradient; 32: all of it; 0: none.
+        only_known: Whether all else stays as it is, too, but for what serves known objects alone
+            and for what tells categories and boxes of whole photos.
     """
 
     def __init__(
@@ -215,26 +302,45 @@ class R2ArtNet(Network):
         backbone_options: dict[str, Any] | None = None,
         pose_heads: PoseHeads = "joint",
         frozen_to: int = 0,
+        only_known: bool = False,
     ) -> None:
         super().__init__(categories, input_size)
         self.trunk, channels = make_trunk(backbone, backbone_options or {})
-        self.frozen = layers_up_to(self.trunk, frozen_to)
-        for layer in self.frozen:
-            layer.requires_grad_(False)
         sides = (input_size // stride for stride in STRIDES)
         self.map_shapes = [(c, side, side) for c, side in zip(channels, sides, strict=True)]
         self.neck = Neck(channels, width)
         cells = input_size // 32
-        self.pose_summary = Summary(width, cells, 512)
+        self.pose_summary = Summary(width, cells, SUMMARY)
         self.photo_summary = Summary(width, cells, 256)
         self.found_box = perceptron(256, 128, [0.0] * 4)
         self.category_logits = perceptron(256, 128, [0.0] * (len(categories) + NOTHING_KNOWN))
         self.object_logits = dense_head(width // 2, 1)
-        self.decoder = Decoder(width, 512, decoded_channels(width))
-        inputs = 512 + NUM_CUES
+        self.decoder = Decoder(width, SUMMARY, decoded_channels(width))
+        self.known = tuple(c.name for c in categories if c.keypoints is not None)
+        if self.known:
+            self.known_objects = KnownObjects(channels, width, cells)
         self.heads = nn.ModuleDict(
-            {c.name: CategoryHeads(c, inputs, width, pose_heads) for c in categories}
+            {
+                c.name: KnownHeads(c, width, pose_heads)
+                if c.name in self.known
+                else CategoryHeads(c, SUMMARY + NUM_CUES, width, pose_heads)
+                for c in categories
+            }
         )
+        self.taught = self.known if only_known else self.names
+        self.frozen = self._all_but_known() if only_known else layers_up_to(self.trunk, frozen_to)
+        for layer in self.frozen:
+            layer.requires_grad_(False)
+
+    def _all_but_known(self) -> list[nn.Module]:
+        """What does not serve known objects alone, nor tells categories and boxes of photos.
+
+        What those are told by keeps its statistics: photos of all categories are rarer than before.
+        """
+        others = (head for name, head in self.heads.items() if name not in self.known)
+        shared = (self.trunk, self.neck, self.pose_summary, self.object_logits, self.decoder)
+        norms = (m for m in self.photo_summary.modules() if isinstance(m, nn.BatchNorm2d))
+        return [*shared, *others, *norms]
 
     def train(self, mode: bool = True) -> "R2ArtNet":
         """Training mode, except for frozen layers."""
@@ -267,36 +373,66 @@ class R2ArtNet(Network):
         All go through the trunk together, so that its batch statistics fit all; where all of it
         is frozen, ``offline`` is what it says of crops and photos, if that is known.
         """
-        if offline is None:
-            p4, p8, p16 = self.neck(self.trunk(torch.cat([crop, photo])))
-        else:
-            p4, p8, p16 = self.neck(self.maps(offline))
+        features = self.trunk(torch.cat([crop, photo])) if offline is None else self.maps(offline)
+        p4, p8, p16 = self.neck(features)
         n, each = len(crop), len(crop) // len(names)
         logits = self.object_logits(p4)
-        found_box, category_logits = self.find(p16)
-        summary = self.pose_summary(p16[:n])
-        fine = self.decoder(p4[:n], p8[:n], summary)
-        of_each = (fine, summary, box, K, logits[:n], category_logits[:n])
+        found_box, category_logits = self.find(Seen(p16=p16, known=None))
+        readings = self._readings(names, features, p4[:n], p8[:n], p16[:n])
+        of_each = (box, K, logits[:n], category_logits[:n])
         of_crops = zip(names, *(t.split(each) for t in of_each), strict=True)
+        crops: dict[str, CropOutput] = {}
+        for name, box, K, mask, category in of_crops:
+            told = self._told(name, readings[name], box, K) if name in readings else {}
+            crops[name] = CropOutput(**told, object_logits=mask, category_logits=category)
         return TrainingOutput(
-            crops={
-                name: CropOutput(
-                    raw=self._raw(name, summary, box, K),
-                    dense=dense_output(self.head(name).surface(fine)),
-                    object_logits=mask,
-                    category_logits=category,
-                )
-                for name, fine, summary, box, K, mask, category in of_crops
-            },
+            crops=crops,
             found_box=found_box[n:],
             category_logits=category_logits[n:],
             object_logits=logits[n:],
         )
 
-    def features(self, image: Float[Tensor, "B 3 S S"]) -> tuple[Tensor, Tensor]:
-        """Image in [-1, 1] to neck features at strides 4 and 16."""
-        p4, _, p16 = self.neck(self.trunk(image))
-        return p4, p16
+    def _readings(
+        self, names: Sequence[str], features: list[Tensor], p4: Tensor, p8: Tensor, p16: Tensor
+    ) -> dict[str, Reading]:
+        """What is read of crops by the category that they are of, of those that are taught.
+
+        Crops of all categories that are read alike go through together.
+        """
+        each = len(p16) // len(names)
+        found: dict[str, Reading] = {}
+        for known in (False, True):
+            taught = (name for name in names if name in self.taught)
+            alike = [name for name in taught if (name in self.known) is known]
+            if not alike:
+                continue
+            at = torch.cat([torch.arange(each) + each * names.index(name) for name in alike])
+            at = at.to(p16.device)
+            if known:
+                reading = self.known_objects([f[at] for f in features])
+            else:
+                summary = self.pose_summary(p16[at])
+                reading = Reading(fine=self.decoder(p4[at], p8[at], summary), summary=summary)
+            parts = zip(alike, reading.fine.split(each), reading.summary.split(each), strict=True)
+            found |= {name: Reading(fine=fine, summary=summary) for name, fine, summary in parts}
+        return found
+
+    def _told(self, name: str, reading: Reading, box: Tensor, K: Tensor) -> dict[str, Any]:
+        """What the branches of a category say of crops."""
+        head = self.head(name)
+        keypoints = head.located(reading) if isinstance(head, KnownHeads) else None
+        return {
+            "raw": self._raw(name, reading.summary, keypoints, box, K),
+            "dense": dense_output(head.surface(reading.fine)),
+            "keypoints": keypoints,
+        }
+
+    def features(self, image: Float[Tensor, "B 3 S S"]) -> tuple[Tensor, Seen]:
+        """Image in [-1, 1] to the neck's features at stride 4, and to what the heads read."""
+        features = self.trunk(image)
+        p4, _, p16 = self.neck(features)
+        known = self.known_objects(features) if self.known else None
+        return p4, Seen(p16=p16, known=known)
 
     def object_mask(self, dense: Tensor) -> Float[Tensor, "B h w"]:
         """Stride-4 features of crops to the share of each place that shows the object."""
@@ -305,22 +441,39 @@ class R2ArtNet(Network):
     def estimate_raw(
         self,
         name: str,
-        seen: Tensor,
+        seen: Seen,
         box: Float[Tensor, "B 4"],
         K: Float[Tensor, "B 3 3"],
     ) -> RawEstimate:
-        """Stride-16 features of crops to the raw estimate of category ``name``."""
-        return self._raw(name, self.pose_summary(seen), box, K)
+        """What is seen in crops to the raw estimate of category ``name``."""
+        if name not in self.known:
+            return self._raw(name, self.pose_summary(seen.p16), None, box, K)
+        assert seen.known is not None
+        return self._raw(name, seen.known.summary, self.keypoints(name, seen), box, K)
 
-    def _raw(self, name: str, summary: Tensor, box: Tensor, K: Tensor) -> RawEstimate:
+    def keypoints(self, name: str, seen: Seen) -> Keypoints | None:
+        """The keypoints of category ``name`` in crops; None where it has none."""
+        head = self.head(name)
+        if not isinstance(head, KnownHeads):
+            return None
+        assert seen.known is not None
+        return head.located(seen.known)
+
+    def _raw(
+        self, name: str, summary: Tensor, keypoints: Keypoints | None, box: Tensor, K: Tensor
+    ) -> RawEstimate:
         cues = geometric_cues(box, K, self.priors[name].frontal_area)
+        head = self.head(name)
+        if isinstance(head, KnownHeads):
+            assert keypoints is not None
+            return head.posed(summary, keypoints, box, cues)
         summary = summary.expand(cues.shape[0], -1)
-        return self.head(name)(torch.cat([summary, cues], dim=1))
+        return head(torch.cat([summary, cues], dim=1))
 
     def head(self, name: str) -> CategoryHeads:
         """The branches of category ``name``."""
         return cast(CategoryHeads, self.heads[name])
 
-    def summarised(self, seen: Tensor) -> Tensor:
-        """Stride-16 features of whole photos as one vector each."""
-        return self.photo_summary(seen)
+    def summarised(self, seen: Seen) -> Tensor:
+        """What is seen in whole photos as one vector each."""
+        return self.photo_summary(seen.p16)

@@ -13,6 +13,7 @@ from jaxtyping import Float
 from torch import Tensor, nn
 
 from r2art.core.category import Category
+from r2art.method.keypoints import Keypoints
 from r2art.method.shape import Prior
 
 PoseHeads = Literal["joint", "part"]
@@ -140,15 +141,17 @@ class CropOutput:
 
     Attributes:
         raw: The raw estimate of every crop.
+        keypoints: Of known objects.
         dense: What every place says of the parts.
         object_logits: Where the object is seen, at stride 4.
         category_logits: What the crops show, taken for whole photos, which they are at a second
             look.
     """
 
-    raw: RawEstimate
-    dense: DenseOutput | None
-    object_logits: Float[Tensor, "B 1 h w"] | None
+    raw: RawEstimate | None = None
+    keypoints: Keypoints | None = None
+    dense: DenseOutput | None = None
+    object_logits: Float[Tensor, "B 1 h w"] | None = None
     category_logits: Float[Tensor, "B answers"] | None = None
 
 
@@ -215,6 +218,16 @@ class Network(nn.Module):
 
         One crop may be seen through several cameras: then there are several boxes and K.
         """
+
+    def keypoints(self, name: str, seen: Any) -> Keypoints | None:
+        """What is seen in crops to the keypoints of category ``name``, or nothing."""
+        del name, seen
+        return None
+
+    @property
+    def finds_keypoints(self) -> bool:
+        """Whether it looks for keypoints of known objects."""
+        return type(self).keypoints is not Network.keypoints
 
     def object_mask(self, dense: Tensor) -> Float[Tensor, "B h w"] | None:
         """Dense features of crops to the share of each place that shows the object, or nothing."""

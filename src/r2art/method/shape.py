@@ -43,10 +43,12 @@ class Prior(Shape):
     Attributes:
         frontal_area: ``S_wld`` of Eq. 1 (m²).
         symmetry: Of the category.
+        keypoints: Of the category; None where it has none.
     """
 
     frontal_area: float
     symmetry: Symmetry | None = None
+    keypoints: Float[Tensor, "P N 3"] | None = None
 
     @classmethod
     def from_category(
@@ -68,6 +70,9 @@ class Prior(Shape):
             kinematics=KinematicModel.from_category(category, device, dtype),
             frontal_area=category.frontal_area,
             symmetry=category.symmetry,
+            keypoints=None
+            if category.keypoints is None
+            else torch.as_tensor(category.keypoints, dtype=dtype, device=device),
         )
 
     def to(self, device: torch.device | str) -> "Prior":

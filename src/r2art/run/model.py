@@ -24,6 +24,8 @@ MAX_THREADS = 4  # a small network gains nothing from more
 PHOTO_OUTPUTS = ("found_box", "category_scores")
 PART_OUTPUTS = ("cam_T_part", "box_center", "box_size", "confidence")
 JOINT_OUTPUTS = ("joint_state", "axis", "pivot")
+KEYPOINT_OUTPUTS = ("keypoint", "keypoint_deviation")
+"""Besides, of categories of known objects."""
 MASK = "object_mask"
 ASKED = "asked"
 """Optional input: whether to compute what it says of each category, and the mask."""
@@ -46,7 +48,8 @@ class ModelCategory:
     ``size_spread`` is the relative spread of such objects' sizes, None where the file does not
     say; ``embedded`` is its prior as `r2art export` writes it, see :meth:`prior`;
     ``calibration`` is what `r2art calibrate` has found, None where nobody has asked it, and
-    ``joint_calibration`` likewise, of the joints' states.
+    ``joint_calibration`` likewise, of the joints' states. ``has_keypoints`` tells whether its
+    objects are all the same, so that their keypoints are looked for.
     """
 
     name: str
@@ -56,11 +59,13 @@ class ModelCategory:
     embedded: str | None = field(default=None, repr=False)
     calibration: Calibration | None = None
     joint_calibration: Calibration | None = None
+    has_keypoints: bool = False
 
     @property
     def outputs(self) -> tuple[str, ...]:
         """Names of the outputs that speak of this category."""
         fields = PART_OUTPUTS + (JOINT_OUTPUTS if self.joints else ())
+        fields += KEYPOINT_OUTPUTS if self.has_keypoints else ()
         return tuple(f"{self.name}.{name}" for name in fields)
 
     def prior(self) -> Category:
@@ -152,7 +157,8 @@ class Model:
         """The object in a crop: part and joint outputs by their names without the category's.
 
         ``object_mask`` (h, w), where the model `segments`: the share of each of h × w places in
-        the crop that shows the object.
+        the crop that shows the object. Of known objects, ``keypoint`` (N, 2): where in the crop
+        (px) each of the prior's keypoints is, and ``keypoint_deviation`` (N,): how far off.
         """
         return self.poses(view, box, category, (view.camera,))[0]
 
@@ -163,9 +169,9 @@ class Model:
         if len(cameras) > 1 and not self._takes_cameras:
             return [self.poses(view, box, category, (camera,))[0] for camera in cameras]
         found = self._run(view, box, cameras, (*category.outputs, *self._mask))
-        mask = {name: found.pop(name)[0] for name in self._mask}
         own = {name.removeprefix(f"{category.name}."): v for name, v in found.items()}
-        return [{name: v[k] for name, v in own.items()} | mask for k in range(len(cameras))]
+        of_all = {k: own.pop(k)[0] for k in (MASK, *KEYPOINT_OUTPUTS) if k in own}
+        return [{name: v[k] for name, v in own.items()} | of_all for k in range(len(cameras))]
 
     def _first(self, view: View, names: tuple[str, ...]) -> dict[str, NDArray[np.floating]]:
         whole = (0.0, 0.0, float(self.input_size), float(self.input_size))
@@ -223,6 +229,7 @@ def _category(data: dict[str, Any]) -> ModelCategory:
         embedded=data.get("prior"),
         calibration=of_parts,
         joint_calibration=of_joints,
+        has_keypoints=bool(data.get("has_keypoints", False)),
     )
 
 

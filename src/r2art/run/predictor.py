@@ -23,6 +23,7 @@ from r2art.run.confidence import calibrated
 from r2art.run.guess import best_camera, cameras
 from r2art.run.mirror import between, in_mirror, out_of_mirror
 from r2art.run.model import MASK, Model, ModelCategory
+from r2art.run.refinement.keypoint_fit import fitted_to_keypoints
 from r2art.run.refinement.mask_fit import (
     STEPS,
     box_of,
@@ -232,7 +233,14 @@ class Predictor:
         mask: Photo | None,
         steps: int,
     ) -> Prediction:
-        """The prediction, fitted to a mask where there is one."""
+        """The prediction, fitted to keypoints where they are known, and to a mask."""
+        keypoints = self._prior(known).keypoints if known.has_keypoints else None
+        if keypoints is not None:
+            K = view.through(prediction.camera).camera.K
+            body = self._bodies(known)[0]
+            prediction = fitted_to_keypoints(prediction, body, keypoints, posed, K, steps)
+            if mask is None:
+                return prediction
         if mask is not None:
             target = given_target(mask, prediction, self.model.crop_margin)
         elif MASK in posed:

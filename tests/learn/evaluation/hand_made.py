@@ -47,9 +47,8 @@ def make_category() -> Category:
     )
 
 
-def make_arm() -> Category:
-    """A chain of seven equal parts."""
-    parts = 7
+def make_arm(parts: int = 7) -> Category:
+    """A chain of equal parts."""
     size = np.tile([0.1, 0.3, 0.1], (parts, 1))
     center = 0.3 * np.arange(parts)[:, None] * [0.0, 1, 0]
     points = np.random.default_rng(1).uniform(-0.5, 0.5, (parts, 32, 3))

@@ -99,6 +99,19 @@ def test_an_arms_parts_are_columns_as_in_the_papers_table_4(tmp_path):
     assert table.latex().count(r"\midrule") == 4
 
 
+def test_an_arm_with_a_base_is_counted_without_it(tmp_path):
+    category = replace(make_arm(parts=8), name="panda")
+    samples = [sample_of(category, seed) for seed in range(3)]
+    arm = seen_too_large(write_dataset(tmp_path / "pandas", category, samples))
+    assert len(arm.given.parts) == 8
+    add = next(t for t in paper_tables([arm]) if "Table 4" in t.title).rows[:4]
+    assert [row[2] for row in add] == [IN_PAPER] * 2 + [MEASURED] * 2
+    mean = [f"{1000 * part.plain.add.mean.value:.1f}" for part in arm.given.parts[1:]]
+    assert list(add[2][5:]) == mean
+    rows = list(csv.DictReader(paper_csv([arm]).splitlines()))
+    assert [r["part"] for r in rows if r["method"] == "r2art"] == [f"link_{p}" for p in range(1, 8)]
+
+
 def test_the_spreadsheet_has_a_row_per_part(result):
     rows = list(csv.DictReader(paper_csv([result]).splitlines()))
     assert len(rows) == 7 * 2

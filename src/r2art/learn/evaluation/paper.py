@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from r2art.learn.evaluation.summary import PoseSummary, Summary
+from r2art.learn.evaluation.summary import PoseSummary
 from r2art.learn.evaluation.tables import Table, csv_text
 from r2art.learn.evaluation.tabulate import MM, PERCENT, Result
 
@@ -61,20 +61,25 @@ def printed() -> list[dict[str, Any]]:
 def rows_of(table: dict[str, Any], results: Sequence[Result]) -> list[list[Row]]:
     """A table's rows by category: the paper's, then ours on that category, if there are any.
 
-    A result belongs to a category of the same name with as many parts; categories without a
+    A result belongs to a category of the same name with as many parts; and to one that its own is
+    ``like``, whose parts are counted without the root, if it has so many. Categories without a
     result are left out.
     """
     out = []
     for entry in table["categories"]:
-        ours = [
-            r
-            for r in results
-            if (r.report.category.name, len(r.given.parts)) == (entry["category"], entry["parts"])
-        ]
+        ours = [r for r in results if _belongs(r, entry)]
         if ours:
             paper = [_printed_row(table["dataset"], entry, row) for row in entry["rows"]]
-            out.append([*paper, *(row for r in ours for row in _measured_rows(r))])
+            measured = (row for r in ours for row in _measured_rows(r, entry["parts"]))
+            out.append([*paper, *measured])
     return out
+
+
+def _belongs(result: Result, entry: dict[str, Any]) -> bool:
+    name, parts = result.report.category.name, len(result.given.parts)
+    if name in entry.get("like", ()):
+        return parts == entry["parts"] + 1
+    return (name, parts) == (entry["category"], entry["parts"])
 
 
 def _printed_row(dataset: str, entry: dict[str, Any], row: dict[str, Any]) -> Row:
@@ -97,16 +102,22 @@ def _printed_row(dataset: str, entry: dict[str, Any], row: dict[str, Any]) -> Ro
     )
 
 
-def _measured_rows(result: Result) -> Iterator[Row]:
+def _measured_rows(result: Result, parts: int) -> Iterator[Row]:
+    """Ours on the last ``parts`` parts."""
     given, failures = result.given, result.given.failures
     failed = f", {failures} of {given.images} failed" if failures else ""
     for method, aligned in (("r2art", False), ("r2art, scale aligned", True)):
-        poses = [p.aligned if aligned else p.plain for p in given.parts]
-        yield _measured_row(result, given, poses, method, f"{result.report.name}{failed}")
+        yield _measured_row(
+            result,
+            [p.name for p in given.parts[-parts:]],
+            [p.aligned if aligned else p.plain for p in given.parts[-parts:]],
+            method,
+            f"{result.report.name}{failed}",
+        )
 
 
 def _measured_row(
-    result: Result, given: Summary, poses: list[PoseSummary], method: str, data: str
+    result: Result, names: list[str], poses: list[PoseSummary], method: str, data: str
 ) -> Row:
     return Row(
         category=result.report.category.name,
@@ -114,7 +125,7 @@ def _measured_row(
         source=MEASURED,
         data=data,
         input="RGB",
-        parts=tuple(p.name for p in given.parts),
+        parts=tuple(names),
         add=tuple(MM * p.add.mean.value for p in poses),
         auc=tuple(PERCENT * p.auc_100mm.value for p in poses),
         iou=tuple(PERCENT * p.overlap.mean.value for p in poses),

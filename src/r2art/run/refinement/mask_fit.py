@@ -15,7 +15,7 @@ from r2art.core.image import ImageLike, Photo, View, crop_square, read_image
 from r2art.core.prediction import JointEstimate, PartEstimate, Prediction, Refinement
 from r2art.run.refinement.body import Body
 from r2art.run.refinement.hidden import hidden
-from r2art.run.refinement.pose import Posed, pose_of, posed
+from r2art.run.refinement.pose import Pose, Posed, pose_of, posed
 from r2art.run.refinement.refine import refine
 from r2art.run.refinement.uncertainty import Uncertainty
 
@@ -177,26 +177,39 @@ def fitted(
         starts=1,
         steps=(2, steps // 2, steps, steps // 3, 0),
     )
-    body = own[0]
     pose = replace(
-        pose_of(body, found.cam_T_root, found.joint_state), log_scale=found.log_scale[None]
+        pose_of(own[0], found.cam_T_root, found.joint_state), log_scale=found.log_scale[None]
     )
+    how = Refinement(
+        steps=found.steps,
+        start_residual=found.start_residual,
+        residual=found.residual,
+        converged=found.converged,
+    )
+    return with_pose(prediction, own[0], pose, how)
+
+
+def with_pose(prediction: Prediction, body: Body, pose: Pose, how: Refinement) -> Prediction:
+    """The prediction, as refinement has left it.
+
+    Args:
+        prediction: The network's.
+        body: Its object, of the predicted sizes.
+        pose: Where it is now; of one start.
+        how: It came there.
+    """
     at = posed(body, pose)
-    scale = np.exp(found.log_scale)
-    parts = zip(prediction.parts, scale, scale[0] * center, strict=True)
+    scale = np.exp(pose.log_scale[0])
+    center = scale[0] * body.center
+    parts = zip(prediction.parts, scale, center, strict=True)
     return replace(
         prediction,
         parts=tuple(_part(part, at, p, s, c) for p, (part, s, c) in enumerate(parts)),
         joints=tuple(
-            _joint(joint, at, j, float(found.joint_state[j]))
+            _joint(joint, at, j, float(pose.joint_state[0, j]))
             for j, joint in enumerate(prediction.joints)
         ),
-        refinement=Refinement(
-            steps=found.steps,
-            start_residual=found.start_residual,
-            residual=found.residual,
-            converged=found.converged,
-        ),
+        refinement=how,
     )
 
 
