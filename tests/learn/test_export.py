@@ -13,8 +13,8 @@ from r2art.core import prior_text
 from r2art.core.camera import Camera
 from r2art.core.errors import InputError, ModelError, UsageError
 from r2art.core.image import crop_square
-from r2art.learn import augment, checkpoint, recipes
-from r2art.learn.export import FIELDS, Graph, export, output_names, to_onnx
+from r2art.learn import augment, checkpoint, exported, recipes
+from r2art.learn.export import FIELDS, Graph, compact, export, output_names, to_onnx
 from r2art.method.estimate import estimate, within_limits
 from r2art.method.network import R2ArtNet
 from r2art.run.predictor import load
@@ -276,3 +276,32 @@ def test_exporting_without_a_run_or_a_place_gives_one_clear_error(run, tmp_path)
         export(tmp_path, tmp_path / "model.onnx")
     with pytest.raises(InputError, match="cannot write"):
         export(run, tmp_path / "none" / "model.onnx")
+
+
+def test_weights_as_bytes_are_a_quarter_as_large_and_nearly_the_same(run, photos, tmp_path):
+    network, facts = checkpoint.load_network(run)
+    whole = to_onnx(network, facts, tuple(photos[name].category for name in network.names))
+    own = f"{exported.PREFIX}heads.laptop."
+    paths = {"halves": compact(whole), "bytes": compact(whole, [own])}
+    for name, model in paths.items():
+        onnx.checker.check_model(model)
+        (tmp_path / name).write_bytes(model.SerializeToString())
+    large = sum(np.prod(t.dims) for t in whole.graph.initializer if t.name.startswith(own))
+    saved = (tmp_path / "halves").stat().st_size - (tmp_path / "bytes").stat().st_size
+    assert 0.8 * large < saved < large
+    truth = {t.name: onnx.numpy_helper.to_array(t) for t in whole.graph.initializer}
+    for name, weight in exported.weights(tmp_path / "bytes").items():
+        value = truth[exported.PREFIX + name]
+        if name.startswith("heads.laptop.") and value.size >= 4096:
+            rest = tuple(range(1, value.ndim))
+            step = np.abs(value).max(axis=rest, keepdims=True) / 127
+            assert (np.abs(weight.numpy() - value) <= 0.501 * step + 1e-7).all(), name
+        else:
+            np.testing.assert_allclose(weight, value, rtol=1e-3, atol=1e-6)
+    says = [
+        onnxruntime.InferenceSession(tmp_path / name, providers=["CPUExecutionProvider"])
+        for name in paths
+    ]
+    for feed in feeds(2):
+        one, other = (s.run(["laptop.cam_T_part"], feed)[0] for s in says)
+        np.testing.assert_allclose(one, other, atol=0.02)

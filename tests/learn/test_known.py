@@ -75,7 +75,7 @@ def known_run(known_data, datasets, run, small, tmp_path_factory) -> Path:
     recipe = small(
         steps=60,
         learning_rate=4e-3,
-        only_known=True,
+        taught="known",
         groups=2,
         turns={NAME: 99, "laptop": 1, "drawer": 0},
         seed=2,

@@ -81,6 +81,26 @@ def test_each_branch_holds_what_its_groups_alone_need(family):
     assert [n.output[0] for n in graph.node][:2] == ["four", "always"]
 
 
+def test_no_length_is_promised_of_what_may_be_empty(family):
+    """ONNX Runtime reuses memory by stated shapes, and falls over an empty value in it."""
+    stated = helper.make_model(
+        helper.make_graph(
+            family.graph.node,
+            "stated",
+            [value("x", 2, 3)],
+            [value("always", 2, 3), value("root", 2, 3), value("much", 2, 3)],
+            family.graph.initializer,
+            value_info=[value("shared", 2, 3), value("minus", 2, 3)],
+        ),
+        opset_imports=family.opset_import,
+        ir_version=9,
+    )
+    graph = on_demand(stated, [["root"], ["much"]]).graph
+    assert "shared" not in [v.name for v in graph.value_info]
+    lengths = {o.name: o.type.tensor_type.shape.dim[0].dim_value for o in graph.output}
+    assert lengths == {"always": 2, "root": 0, "much": 0}
+
+
 def test_the_model_given_stays_as_it_was(family):
     before = family.SerializeToString()
     assert is_on_demand(on_demand(family, [["root"]]))

@@ -186,6 +186,7 @@ def export(
     out: Path = Path("r2art.onnx"),
     category: Annotated[tuple[str, ...], arg(metavar="NAME...", help_behavior_hint="")] = (),
     blend: Annotated[Path | None, arg(metavar="MODEL", help_behavior_hint="")] = None,
+    finding_for: Annotated[Path | None, arg(metavar="MODEL", help_behavior_hint="")] = None,
 ) -> int:
     """Write a trained run as one self-contained ONNX file.
 
@@ -196,11 +197,13 @@ def export(
         category: Those it shall know, where not all; the others then are nothing known to it.
         blend: The model file that the run started from (`r2art train --init`): the weights halfway
             between both often do better than either. Calibrate the result.
+        finding_for: The model file that a run of recipe `finding` started from: it is written again
+            with only what finds objects and names their category from the run.
     """
     from r2art.learn.export import export as write
     from r2art.run.report import say
 
-    write(run, out, category, blend)
+    write(run, out, category, blend, finding_for)
     say("written", f"{out} ({out.stat().st_size / 1e6:.1f} MB)")
     return 0
 

@@ -16,6 +16,7 @@ from r2art.core.errors import InputError, ModelError
 from r2art.data.shards import write_atomically
 from r2art.learn.exported import matched_answers
 from r2art.learn.recipes import NETWORK_FIELDS, Recipe, recipe_of
+from r2art.method.network import R2ArtNet
 from r2art.method.outputs import Network
 
 STATE = "state.safetensors"
@@ -135,6 +136,10 @@ def adopt(network: Network, trained: Network) -> None:
         )
     fitting |= matched_answers(ours, theirs, network.names, trained.names)
     network.load_state_dict(ours | fitting)
+    if isinstance(network, R2ArtNet) and not any(
+        k.startswith("known_objects.trunk.") for k in theirs
+    ):
+        network.start_known_objects()
 
 
 def facts(folder: Path) -> dict[str, Any]:

@@ -1,7 +1,8 @@
 """A trained run as one self-contained ONNX file: pixels in, part poses out.
 
 The whole tail (Gram-Schmidt, projection depth, kinematics, boxes) is inside the graph, so the
-run tier repeats no mathematics. Large weights are stored as float16 and widened on loading.
+run tier repeats no mathematics. Large weights are stored as float16, those of known objects as
+bytes, and widened on loading.
 """
 
 import json
@@ -29,6 +30,7 @@ from r2art.data.prior import with_mesh
 from r2art.data.shards import write_atomically
 from r2art.learn import checkpoint, exported
 from r2art.learn.augment import CROP_MARGIN
+from r2art.learn.exported import BYTES, HALF, SCALE
 from r2art.learn.on_demand import is_on_demand, on_demand
 from r2art.method.estimate import estimate, within_limits
 from r2art.method.outputs import Network
@@ -200,20 +202,39 @@ def metadata(
     }
 
 
-def store_half(model: onnx.ModelProto, least: int = 4096) -> onnx.ModelProto:
-    """A model whose large weights are float16, with a cast that is folded when a session starts."""
+def compact(
+    model: onnx.ModelProto, in_bytes: Sequence[str] = (), least: int = 4096
+) -> onnx.ModelProto:
+    """A model whose large weights take less room, widened when a session starts.
+
+    Args:
+        model: With float32 weights.
+        in_bytes: Weights whose names begin so become bytes with a scale for each row, which is off
+            by up to a 250th of the row's largest; all others float16.
+        least: Numbers in a weight that is large.
+    """
     stored = onnx.ModelProto()
     stored.CopyFrom(model)
     graph = stored.graph
-    casts = []
+    nodes: list[onnx.NodeProto] = []
+    scales: list[TensorProto] = []
     for tensor in graph.initializer:
         if tensor.data_type != TensorProto.FLOAT or np.prod(tensor.dims) < least:
             continue
-        name = tensor.name
-        half = numpy_helper.to_array(tensor).astype(np.float16)
-        tensor.CopyFrom(numpy_helper.from_array(half, name + "_half"))
-        casts.append(helper.make_node("Cast", [name + "_half"], [name], to=TensorProto.FLOAT))
-    nodes = [*casts, *graph.node]
+        name, value = tensor.name, numpy_helper.to_array(tensor)
+        if not name.startswith(tuple(in_bytes)):
+            half = value.astype(np.float16)
+            tensor.CopyFrom(numpy_helper.from_array(half, name + HALF))
+            nodes.append(helper.make_node("Cast", [name + HALF], [name], to=TensorProto.FLOAT))
+            continue
+        whole, scale = exported.as_bytes(value)
+        tensor.CopyFrom(numpy_helper.from_array(whole, name + BYTES))
+        scales.append(numpy_helper.from_array(scale, name + SCALE))
+        wide = f"{name}_wide"
+        nodes.append(helper.make_node("Cast", [name + BYTES], [wide], to=TensorProto.FLOAT))
+        nodes.append(helper.make_node("Mul", [wide, name + SCALE], [name]))
+    graph.initializer.extend(scales)
+    nodes.extend(graph.node)
     del graph.node[:]
     graph.node.extend(nodes)
     return stored
@@ -240,7 +261,13 @@ def completed(model: onnx.ModelProto) -> onnx.ModelProto:
     return by_category(exported.with_metadata(model, about))
 
 
-def export(run: Path, out: Path, names: Sequence[str] = (), blend: Path | None = None) -> None:
+def export(
+    run: Path,
+    out: Path,
+    names: Sequence[str] = (),
+    blend: Path | None = None,
+    finding_for: Path | None = None,
+) -> None:
     """Write the averaged network of a run as ``out``.
 
     Args:
@@ -248,16 +275,19 @@ def export(run: Path, out: Path, names: Sequence[str] = (), blend: Path | None =
         out: The model file.
         names: Of the categories it shall know; none: all.
         blend: A model file, to whose weights the run's are brought halfway.
+        finding_for: A model file, of which only what finds objects is replaced by the run's.
 
     Raises:
-        UsageError: The run knows no category of such a name; or ``names`` or ``blend`` are for a
-            model file.
-        ModelError: ``blend`` does not fit, see `r2art.learn.exported.blended`.
+        UsageError: The run knows no category of such a name; or what is asked for does not go
+            together.
+        ModelError: ``blend`` or ``finding_for`` does not fit, see `r2art.learn.exported`.
     """
     if run.is_file() and names:
         raise UsageError(f"categories can be chosen from a run, not from the model file {run}")
-    if run.is_file() and blend:
-        raise UsageError(f"a model is blended into a run, not into the model file {run}")
+    if run.is_file() and (blend or finding_for):
+        raise UsageError(f"a model goes together with a run, not with the model file {run}")
+    if blend and finding_for:
+        raise UsageError("give one of --blend and --finding-for")
     if run.is_file():
         write_atomically(out, completed(exported.read_model(run)).SerializeToString())
         return
@@ -272,6 +302,10 @@ def export(run: Path, out: Path, names: Sequence[str] = (), blend: Path | None =
     model = to_onnx(network, facts, categories)
     if blend is not None:
         model = exported.blended(model, blend)
-    model = store_half(model)
+    known = [c.name for c in categories if c.keypoints is not None and network.finds_keypoints]
+    own = ["known_objects.", *(f"heads.{name}." for name in known)]
+    model = compact(model, [exported.PREFIX + name for name in own])
+    if finding_for is not None:
+        model = exported.with_finding_of(model, finding_for)
     onnx.checker.check_model(model)
     write_atomically(out, model.SerializeToString())

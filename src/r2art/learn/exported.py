@@ -15,17 +15,20 @@ import numpy as np
 import onnx
 import torch
 from google.protobuf.message import DecodeError
+from numpy.typing import NDArray
 from onnx import numpy_helper
 from torch import Tensor, nn
 
 from r2art.core.errors import ModelError
 from r2art.learn.pretrained import folded_identity, unfold_normalisation
 from r2art.method.network import R2ArtNet
+from r2art.method.outputs import FINDING
 
 PREFIX = "network."
 BIAS = ".weight_bias"
 """The exporter's name for the bias of a convolution that has swallowed a normalisation."""
-HALF = "_half"
+HALF, BYTES, SCALE = "_half", "_bytes", "_scale"
+"""Ends of the names of weights that are stored as float16; as bytes, and what these count."""
 MAY_LACK = (
     *("neck.lateral.0.", "neck.at_8.", "neck.fine_lateral.", "neck.narrow.", "neck.at_4."),
     "object_logits.",
@@ -66,6 +69,8 @@ def load_exported(network: R2ArtNet, path: Path, inputs: Sequence[Any]) -> None:
     network.load_state_dict(state | fitting)
     for asked in _for_each_category(network, inputs):
         unfold_normalisation(network, *asked, only=folded)
+    if not any(k.startswith("known_objects.trunk.") for k in given):
+        network.start_known_objects()
 
 
 def matched_answers(
@@ -145,6 +150,36 @@ def blended(model: onnx.ModelProto, path: Path) -> onnx.ModelProto:
     return result
 
 
+def with_finding_of(model: onnx.ModelProto, path: Path) -> onnx.ModelProto:
+    """A model file as it is, but for what finds objects and names their category.
+
+    All it says of poses stays as it is to the bit, and so does its calibration.
+
+    Args:
+        model: Of a run that has gone on from that file, as it would be written.
+        path: The file; its categories must be the same.
+
+    Raises:
+        ModelError: It is no model file, or of other categories, or another network.
+    """
+    result = read_model(path)
+    about, new = metadata(result), metadata(model)
+    names, others = ([c["name"] for c in a["categories"]] for a in (about, new))
+    given = {t.name: t for t in model.graph.initializer}
+    own = tuple(PREFIX + name for name in FINDING)
+    replaced = [t for t in result.graph.initializer if t.name.startswith(own)]
+    odd = [t.name for t in replaced if t.name not in given or given[t.name].dims != t.dims]
+    if names != others or odd or not replaced:
+        raise ModelError(
+            f"{path} is another network, or knows other categories than the run; give the model "
+            "that the run started from"
+        )
+    for tensor in replaced:
+        tensor.CopyFrom(given[tensor.name])
+    about["trained"] = {**about["trained"], "finding": new["trained"]}
+    return with_metadata(result, about)
+
+
 def _is_shared(key: str) -> bool:
     own = ("heads.", "category_logits.", "decoder.", "known_objects.", *MAY_LACK)
     return not key.startswith(own) and not key.endswith("num_batches_tracked")
@@ -171,13 +206,28 @@ def weights(path: Path) -> dict[str, Tensor]:
     Raises:
         ModelError: It is none.
     """
-    return {
-        t.name.removeprefix(PREFIX).removesuffix(HALF): torch.from_numpy(
-            numpy_helper.to_array(t).astype(np.float32)
-        )
+    arrays = {
+        t.name.removeprefix(PREFIX): numpy_helper.to_array(t)
         for t in read_model(path).graph.initializer
         if t.name.startswith(PREFIX)
     }
+    found: dict[str, Tensor] = {}
+    for name, array in arrays.items():
+        if name.endswith(SCALE):
+            continue
+        value = array.astype(np.float32)
+        if name.endswith(BYTES):
+            value = value * arrays[name.removesuffix(BYTES) + SCALE]
+        found[name.removesuffix(HALF).removesuffix(BYTES)] = torch.from_numpy(value)
+    return found
+
+
+def as_bytes(value: NDArray[np.floating]) -> tuple[NDArray[np.int8], NDArray[np.float32]]:
+    """Whole numbers from -127 to 127, and what one of them counts in each row: (R, 1, ...)."""
+    rest = tuple(range(1, value.ndim))
+    largest = np.abs(value).max(axis=rest, keepdims=True)
+    scale = np.maximum(largest, 1e-12).astype(np.float32) / np.float32(127)
+    return np.round(value / scale).astype(np.int8), scale
 
 
 def _for_each_category(network: R2ArtNet, inputs: Sequence[Any]) -> list[tuple[Any, ...]]:

@@ -36,6 +36,7 @@ def on_demand(model: onnx.ModelProto, groups: Sequence[Iterable[str]]) -> onnx.M
     everything = np.ones(len(groups), bool)
     graph.initializer.append(numpy_helper.from_array(everything, ASKED))
     always = members.pop(frozenset(), [])
+    conditional: set[str] = set()
     del graph.node[:]
     graph.node.extend(always)
     # What more groups need comes first: it is needed for what fewer need.
@@ -46,6 +47,8 @@ def on_demand(model: onnx.ModelProto, groups: Sequence[Iterable[str]]) -> onnx.M
         wanted |= {o.name for o in graph.output}
         made = [name for n in nodes for name in n.output if name in wanted]
         graph.node.extend(_branch(sorted(needed_by), nodes, [kinds[name] for name in made]))
+        conditional |= set(made)
+    _forget_lengths(graph, conditional)
     return result
 
 
@@ -84,6 +87,17 @@ def _by_need(
             needs[name] |= needed_by
         members[needed_by].append(node)
     return {needed_by: nodes[::-1] for needed_by, nodes in members.items()}
+
+
+def _forget_lengths(graph: GraphProto, names: set[str]) -> None:
+    """Let values be empty: a runtime relies on the lengths that are stated."""
+    stated = [v for v in graph.value_info if v.name not in names]
+    del graph.value_info[:]
+    graph.value_info.extend(stated)
+    for output in graph.output:
+        shape = output.type.tensor_type.shape
+        if output.name in names and shape.dim and shape.dim[0].HasField("dim_value"):
+            shape.dim[0].Clear()
 
 
 def _kinds(model: onnx.ModelProto) -> dict[str, ValueInfoProto]:

@@ -7,7 +7,7 @@ from typing import Any, Literal
 from r2art.core.category import Category
 from r2art.learn.objective import CascadeOptions, Weights
 from r2art.method.network import STRIDES, R2ArtNet
-from r2art.method.outputs import Network, PoseHeads
+from r2art.method.outputs import Network, PoseHeads, Taught
 from r2art.method.paper_network import PaperNet
 
 
@@ -29,8 +29,7 @@ class Recipe:
             every augmented crop, and the small network's trunk is not frozen.
         frozen_to: Of the small network: the trunk's layers up to the features of this stride stay
             as they are, which saves a third of a step's time at stride 8; 0: all of it learns.
-        only_known: Of the small network: whether nothing learns but what serves categories of known
-            objects alone, and what tells categories and boxes of whole photos.
+        taught: Of the small network: what of it learns.
         pose_heads: Whether joint states are regressed, or every part's pose (ablation).
         input_size: Side (px) of crops and of the letterboxed photo.
         width: Channels of the neck.
@@ -67,7 +66,7 @@ class Recipe:
     pretrained: bool = False
     offline_features: bool = False
     frozen_to: int = 0
-    only_known: bool = False
+    taught: Taught = "all"
     pose_heads: PoseHeads = "joint"
     input_size: int = 160
     width: int = 96
@@ -120,7 +119,7 @@ class Recipe:
             options,
             self.pose_heads,
             frozen_to=STRIDES[-1] if self.offline_features else self.frozen_to,
-            only_known=self.only_known,
+            taught=self.taught,
         )
 
     def for_photos(self, n: int, categories: int = 1, processes: int = 1) -> "Recipe":
@@ -197,13 +196,34 @@ def known(steps: int = 8000) -> Recipe:
     """
     return Recipe(
         backbone_options={"pad_type": "same"},
-        only_known=True,
+        frozen_to=8,
+        taught="known",
         steps=steps,
         crops=12,
         groups=3,
-        photos=12,
-        others=3,
-        trunk_learning_rate=2e-4,
+        photos=8,
+        others=2,
+        trunk_learning_rate=4e-4,
+        cascade_from=None,
+        seed=1,
+    )
+
+
+def finding(steps: int = 4000) -> Recipe:
+    """Only what finds objects in whole photos and names their category, of a trained model.
+
+    All that it says of poses stays as it is (``--init``). On a CPU a step of 70 pictures is as fast
+    as one of 35 otherwise.
+    """
+    return Recipe(
+        backbone_options={"pad_type": "same"},
+        taught="finding",
+        steps=steps,
+        crops=4,
+        groups=100,
+        photos=32,
+        others=8,
+        trunk_learning_rate=5e-4,
         cascade_from=None,
         seed=1,
     )
@@ -305,6 +325,7 @@ RECIPES = {
         tiny,
         further,
         known,
+        finding,
         many,
         smoke,
         paper,

@@ -3,7 +3,7 @@
 import math
 import time
 from collections import defaultdict
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal
@@ -32,7 +32,7 @@ from r2art.learn.silhouette_sheet import silhouette_sheet
 from r2art.learn.stages import StageLog, forget_stages_after, plot_stages
 from r2art.learn.step import Done, Steps
 from r2art.method.network import R2ArtNet
-from r2art.method.outputs import Network
+from r2art.method.outputs import FINDING, Network
 from r2art.method.paper_network import PaperNet
 from r2art.method.shape import Prior
 
@@ -71,10 +71,8 @@ class Training:
     compiled: bool = False
 
 
-PRETRAINED = ("trunk.", "depth.", "joint.")
+PRETRAINED = ("trunk.", "known_objects.trunk.", "depth.", "joint.")
 """Where the backbones are in the networks."""
-FINDING = ("photo_summary.", "found_box.", "category_logits.")
-"""What tells categories and boxes of whole photos."""
 
 
 def make_optimizer(network: Network, recipe: Recipe) -> torch.optim.Optimizer:
@@ -105,7 +103,7 @@ def make_optimizer(network: Network, recipe: Recipe) -> torch.optim.Optimizer:
 
 def _rate(name: str, recipe: Recipe) -> float:
     """At which a parameter learns, at its peak."""
-    if name.startswith(PRETRAINED) or (recipe.only_known and name.startswith(FINDING)):
+    if name.startswith(PRETRAINED) or (recipe.taught != "all" and name.startswith(FINDING)):
         return recipe.trunk_learning_rate
     is_dense = name.startswith("decoder.") or ".surface." in name
     return recipe.dense_learning_rate if is_dense else recipe.learning_rate
@@ -129,6 +127,7 @@ def make_network(
         load_trunk(network.trunk, job.backbone_weights)
         crop, _, _, photo = batches(0).inputs()
         unfold_normalisation(network.trunk, torch.cat([crop, photo]).cpu())
+        network.start_known_objects()
     return network.to(device).to(memory_format=torch.channels_last)
 
 
@@ -172,9 +171,7 @@ def train(job: Training) -> None:
     network = make_network(job, categories, batches, device)
     if accelerator.num_processes > 1:
         share_statistics(network)
-    average = AveragedModel(
-        network, multi_avg_fn=get_ema_multi_avg_fn(recipe.ema), use_buffers=True
-    )
+    average = AveragedModel(network, multi_avg_fn=running_average(recipe.ema), use_buffers=True)
     optimizer = make_optimizer(network, recipe)
     run = checkpoint.Run(
         recipe=recipe,
@@ -234,6 +231,19 @@ def train(job: Training) -> None:
                 plot_stages(job.out)
             if is_last:
                 break
+
+
+def running_average(decay: float) -> Callable[[Any, Any, Any], None]:
+    """How `AveragedModel` averages: over a tenth of the steps so far until ``decay`` is more.
+
+    What a fresh network says in its first steps would else weigh on it for thousands.
+    """
+
+    def update(averaged: Any, current: Any, count: Any) -> None:
+        n = int(count)
+        get_ema_multi_avg_fn(min(decay, (1 + n) / (10 + n)))(averaged, current, count)
+
+    return update
 
 
 def _draw(folder: Path, step: int, priors: Mapping[str, Prior], done: Done) -> None:

@@ -7,8 +7,8 @@ the object and names its category. One dense head for all categories tells where
 seen, which refinement fits; while training, others tell which point of which part every place
 shows.
 
-Objects that are all the same, such as robot arms, are read by a neck of their own: it looks for
-their keypoints (`r2art.method.keypoints`), and the branches read those, too.
+Objects that are all the same, such as robot arms, are read by a trunk and a neck of their own,
+which look for their keypoints (`r2art.method.keypoints`), and the branches read those, too.
 """
 
 import math
@@ -40,6 +40,7 @@ from r2art.method.outputs import (
     Network,
     PoseHeads,
     RawEstimate,
+    Taught,
     TrainingOutput,
     dense_output,
     raw_estimate,
@@ -174,24 +175,25 @@ class Reading:
 
 @dataclass(frozen=True, kw_only=True)
 class Seen:
-    """What the heads read of images: features at stride 16, and what known objects are read by."""
+    """What the heads read of images: features at stride 16, and for known objects a reading."""
 
     p16: Float[Tensor, "B C h w"]
     known: Reading | None
 
 
 class KnownObjects(nn.Module):
-    """The trunk's features, read for the keypoints of known objects."""
+    """Reads crops of known objects for their keypoints."""
 
-    def __init__(self, channels: Sequence[int], width: int, cells: int) -> None:
+    def __init__(self, backbone: str, options: dict[str, Any], width: int, cells: int) -> None:
         super().__init__()
+        self.trunk, channels = make_trunk(backbone, options)
         self.neck = Neck(channels, width)
         self.summary = Summary(width, cells, KNOWN_SUMMARY)
         self.decoder = Decoder(width, KNOWN_SUMMARY, decoded_channels(width))
 
-    def forward(self, features: list[Tensor]) -> Reading:
-        """Features at strides 4, 8, 16, 32."""
-        p4, p8, p16 = self.neck(features)
+    def forward(self, image: Float[Tensor, "B 3 S S"]) -> Reading:
+        """Crops in [-1, 1] to what the heads of known objects read."""
+        p4, p8, p16 = self.neck(self.trunk(image))
         summary = self.summary(p16)
         return Reading(fine=self.decoder(p4, p8, summary), summary=summary)
 
@@ -289,8 +291,7 @@ class R2ArtNet(Network):
         pose_heads: Whether joint states or the parts' poses are regressed.
         frozen_to: The trunk's layers up to the features of this stride stay as they are, in
             evaluation mode and without gradient; 32: all of it; 0: none.
-        only_known: Whether all else stays as it is, too, but for what serves known objects alone
-            and for what tells categories and boxes of whole photos.
+        taught: What learns, see `Taught`; of a trunk, what lies behind ``frozen_to``.
     """
 
     def __init__(
@@ -302,7 +303,7 @@ class R2ArtNet(Network):
         backbone_options: dict[str, Any] | None = None,
         pose_heads: PoseHeads = "joint",
         frozen_to: int = 0,
-        only_known: bool = False,
+        taught: Taught = "all",
     ) -> None:
         super().__init__(categories, input_size)
         self.trunk, channels = make_trunk(backbone, backbone_options or {})
@@ -318,7 +319,7 @@ class R2ArtNet(Network):
         self.decoder = Decoder(width, SUMMARY, decoded_channels(width))
         self.known = tuple(c.name for c in categories if c.keypoints is not None)
         if self.known:
-            self.known_objects = KnownObjects(channels, width, cells)
+            self.known_objects = KnownObjects(backbone, backbone_options or {}, width, cells)
         self.heads = nn.ModuleDict(
             {
                 c.name: KnownHeads(c, width, pose_heads)
@@ -327,20 +328,31 @@ class R2ArtNet(Network):
                 for c in categories
             }
         )
-        self.taught = self.known if only_known else self.names
-        self.frozen = self._all_but_known() if only_known else layers_up_to(self.trunk, frozen_to)
+        self.taught = {"all": self.names, "known": self.known, "finding": ()}[taught]
+        self.frozen = layers_up_to(self.trunk, frozen_to)
+        if self.known:
+            self.frozen += layers_up_to(self.known_objects.trunk, frozen_to)
+        if taught != "all":
+            self.frozen += self._not_finding()
         for layer in self.frozen:
             layer.requires_grad_(False)
 
-    def _all_but_known(self) -> list[nn.Module]:
-        """What does not serve known objects alone, nor tells categories and boxes of photos.
+    def _not_finding(self) -> list[nn.Module]:
+        """What serves no taught category alone, nor tells categories and boxes of photos.
 
-        What those are told by keeps its statistics: photos of all categories are rarer than before.
+        What those are told by keeps its statistics: photos of all categories may be rarer now.
         """
-        others = (head for name, head in self.heads.items() if name not in self.known)
-        shared = (self.trunk, self.neck, self.pose_summary, self.object_logits, self.decoder)
+        others = (head for name, head in self.heads.items() if name not in self.taught)
+        shared = [self.trunk, self.neck, self.pose_summary, self.object_logits, self.decoder]
+        if self.known and not self.taught:
+            shared.append(self.known_objects)
         norms = (m for m in self.photo_summary.modules() if isinstance(m, nn.BatchNorm2d))
         return [*shared, *others, *norms]
+
+    def start_known_objects(self) -> None:
+        """Let the trunk of known objects go on from what the other has learned."""
+        if self.known:
+            self.known_objects.trunk.load_state_dict(self.trunk.state_dict())
 
     def train(self, mode: bool = True) -> "R2ArtNet":
         """Training mode, except for frozen layers."""
@@ -378,7 +390,7 @@ class R2ArtNet(Network):
         n, each = len(crop), len(crop) // len(names)
         logits = self.object_logits(p4)
         found_box, category_logits = self.find(Seen(p16=p16, known=None))
-        readings = self._readings(names, features, p4[:n], p8[:n], p16[:n])
+        readings = self._readings(names, crop, p4[:n], p8[:n], p16[:n])
         of_each = (box, K, logits[:n], category_logits[:n])
         of_crops = zip(names, *(t.split(each) for t in of_each), strict=True)
         crops: dict[str, CropOutput] = {}
@@ -393,7 +405,7 @@ class R2ArtNet(Network):
         )
 
     def _readings(
-        self, names: Sequence[str], features: list[Tensor], p4: Tensor, p8: Tensor, p16: Tensor
+        self, names: Sequence[str], crop: Tensor, p4: Tensor, p8: Tensor, p16: Tensor
     ) -> dict[str, Reading]:
         """What is read of crops by the category that they are of, of those that are taught.
 
@@ -409,7 +421,7 @@ class R2ArtNet(Network):
             at = torch.cat([torch.arange(each) + each * names.index(name) for name in alike])
             at = at.to(p16.device)
             if known:
-                reading = self.known_objects([f[at] for f in features])
+                reading = self.known_objects(crop[at])
             else:
                 summary = self.pose_summary(p16[at])
                 reading = Reading(fine=self.decoder(p4[at], p8[at], summary), summary=summary)
@@ -429,9 +441,8 @@ class R2ArtNet(Network):
 
     def features(self, image: Float[Tensor, "B 3 S S"]) -> tuple[Tensor, Seen]:
         """Image in [-1, 1] to the neck's features at stride 4, and to what the heads read."""
-        features = self.trunk(image)
-        p4, _, p16 = self.neck(features)
-        known = self.known_objects(features) if self.known else None
+        p4, _, p16 = self.neck(self.trunk(image))
+        known = self.known_objects(image) if self.known else None
         return p4, Seen(p16=p16, known=known)
 
     def object_mask(self, dense: Tensor) -> Float[Tensor, "B h w"]:

@@ -19,6 +19,10 @@ from r2art.method.shape import Prior
 PoseHeads = Literal["joint", "part"]
 """Joint-centric: the root's pose and joint states. Part-centric: a pose for every part."""
 
+Taught = Literal["all", "known", "finding"]
+"""What of a network learns: all of it; what serves known objects alone, and what finds objects in
+whole photos and names their category; or only the latter."""
+
 
 @dataclass(frozen=True, kw_only=True)
 class NodePoses:
@@ -170,6 +174,10 @@ class TrainingOutput:
     found_box: Float[Tensor, "N 4"]
     category_logits: Float[Tensor, "N answers"]
     object_logits: Float[Tensor, "N 1 h w"] | None
+
+
+FINDING = ("photo_summary.", "found_box.", "category_logits.")
+"""What finds objects in whole photos and names their category, of a `Network`."""
 
 
 class Network(nn.Module):
