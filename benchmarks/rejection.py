@@ -22,6 +22,7 @@ from r2art.data.scenes.surroundings import Surroundings
 from r2art.data.shards import Dataset, from_row
 from r2art.learn.batches import OTHERS_HELD_OUT
 from r2art.learn.results import write_section
+from r2art.run.looks import all_scores
 from r2art.run.predictor import NOTHING_KNOWN, Predictor, load
 
 NOISES = 100
@@ -33,7 +34,7 @@ def doubts(predictor: Predictor, pictures: Iterable[ImageLike], what: str) -> ND
     for picture in track(list(pictures), what):
         photo = read_image(picture)
         camera = Camera.from_fov(1.0, photo.width, photo.height)
-        scores, *_ = predictor.look(photo, camera)
+        scores = all_scores(predictor.model, photo, camera)
         found.append(scores[len(predictor.categories) :].sum())
     return np.array(found)
 

@@ -21,7 +21,8 @@ from r2art.core.image import Box, View
 MODEL_FORMAT = "r2art/model/1"
 MAX_THREADS = 4  # a small network gains nothing from more
 
-PHOTO_OUTPUTS = ("found_box", "category_scores")
+SCORES = "category_scores"
+PHOTO_OUTPUTS = ("found_box", SCORES)
 PART_OUTPUTS = ("cam_T_part", "box_center", "box_size", "confidence")
 JOINT_OUTPUTS = ("joint_state", "axis", "pivot")
 KEYPOINT_OUTPUTS = ("keypoint", "keypoint_deviation")
@@ -140,7 +141,7 @@ class Model:
 
         And ``object_mask`` (h, w), where the model `segments`.
         """
-        return self._first(view, ("category_scores", *self._mask))
+        return self._first(view, (SCORES, *self._mask))
 
     @property
     def segments(self) -> bool:
@@ -158,7 +159,8 @@ class Model:
 
         ``object_mask`` (h, w), where the model `segments`: the share of each of h × w places in
         the crop that shows the object. Of known objects, ``keypoint`` (N, 2): where in the crop
-        (px) each of the prior's keypoints is, and ``keypoint_deviation`` (N,): how far off.
+        (px) each of the prior's keypoints is, and ``keypoint_deviation`` (N,): how far off. And
+        ``category_scores`` (C,), as of `look`.
         """
         return self.poses(view, box, category, (view.camera,))[0]
 
@@ -168,9 +170,10 @@ class Model:
         """`pose` through each of several cameras of the crop; hardly dearer than through one."""
         if len(cameras) > 1 and not self._takes_cameras:
             return [self.poses(view, box, category, (camera,))[0] for camera in cameras]
-        found = self._run(view, box, cameras, (*category.outputs, *self._mask))
+        names = (*category.outputs, SCORES, *self._mask)
+        found = self._run(view, box, cameras, names)
         own = {name.removeprefix(f"{category.name}."): v for name, v in found.items()}
-        of_all = {k: own.pop(k)[0] for k in (MASK, *KEYPOINT_OUTPUTS) if k in own}
+        of_all = {k: own.pop(k)[0] for k in (MASK, SCORES, *KEYPOINT_OUTPUTS) if k in own}
         return [{name: v[k] for name, v in own.items()} | of_all for k in range(len(cameras))]
 
     def _first(self, view: View, names: tuple[str, ...]) -> dict[str, NDArray[np.floating]]:

@@ -5,24 +5,24 @@ to show it the right window of the photo, and to name what comes out. See docs/p
 """
 
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from importlib.resources import as_file, files
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from r2art.core.camera import Camera
 from r2art.core.category import Category
 from r2art.core.errors import InputError, UsageError
-from r2art.core.image import Box, ImageLike, Photo, View, crop_square, letterbox, read_image
+from r2art.core.image import Box, ImageLike, Photo, View, crop_square, read_image
 from r2art.core.prediction import CameraSource, JointEstimate, PartEstimate, Prediction, Scale
-from r2art.run.boxes import check_box, tightened, usable_box
+from r2art.run.boxes import check_box
 from r2art.run.confidence import calibrated
 from r2art.run.guess import best_camera, cameras
+from r2art.run.looks import Found, Outputs, Posed, Scores, find, finite, together
 from r2art.run.mirror import between, in_mirror, out_of_mirror
-from r2art.run.model import MASK, Model, ModelCategory
+from r2art.run.model import MASK, SCORES, Model, ModelCategory
 from r2art.run.refinement.keypoint_fit import fitted_to_keypoints
 from r2art.run.refinement.mask_fit import (
     STEPS,
@@ -51,8 +51,6 @@ BLANK_RANGE = 8  # of 255: a photo whose pixels differ by no more shows nothing
 SMALL_BOX = 24  # px
 # A given size or depth that changes all lengths by more than these factors gets a warning.
 ODD_SCALE = (0.4, 2.5)
-
-Outputs = Mapping[str, NDArray[np.floating]]
 
 
 def load(model: str | Path | None = None) -> "Predictor":
@@ -99,34 +97,6 @@ class Predictor:
         known = ", ".join(self.categories)
         raise UsageError(f"unknown category {name!r}; this model knows: {known}")
 
-    def look(
-        self, photo: Photo, camera: Camera, given: Box | None = None
-    ) -> tuple[NDArray[np.floating], Box, tuple[str, ...]]:
-        """Look at a photo, and at the crop round the object: what there is, and where.
-
-        Args:
-            photo: Upright.
-            camera: The photo's.
-            given: The object's box, where it is known.
-
-        Returns:
-            Category scores, the last of them that it is none; the box; and what makes it doubtful.
-
-        Raises:
-            InputError: No finite answer comes of it.
-        """
-        size, doubts = self.model.input_size, ()
-        view = letterbox(photo.pixels, camera, size)
-        seen = _finite(self.model.find(view))
-        box = given
-        if box is None:
-            box, doubts = usable_box(view.to_photo(seen["found_box"].tolist()), photo)
-        view = crop_square(photo.pixels, camera, box, size, self.model.crop_margin)
-        again = _finite(self.model.look(view))
-        if given is None and MASK in again:
-            box = tightened(box, again[MASK], view, photo)
-        return together(seen["category_scores"], again["category_scores"]), box, doubts
-
     def predict(
         self,
         image: ImageLike,
@@ -160,7 +130,7 @@ class Predictor:
             InputError: The image is unreadable, or no finite answer comes of it.
             UsageError: An argument that cannot be meant.
         """
-        known = None if category is None else self.category(category)
+        wanted = None if category is None else self.category(category)
         check_lengths(size, depth)
         check_steps(refine)
         photo = read_image(image)
@@ -170,27 +140,33 @@ class Predictor:
         if box is None and seen_at is not None:
             box = box_of(seen_at)
         box = None if box is None else check_box(box, photo)
-        score = None
-        rejected = BLANK if _is_blank(photo) else None
-        if known is None or box is None:
-            scores, box, doubts = self.look(photo, camera, box)
-            warnings += doubts
-            rejected = rejected or _nothing_known(scores, self.categories)
-            known, score, doubts = self._recognise(scores, known)
-            warnings += doubts
+        found: Found | None = None
+        if wanted is None or box is None:
+            found = find(self.model, photo, camera, box)
+            box = found.box
         view = crop_square(photo.pixels, camera, box, self.model.input_size, self.model.crop_margin)
-        box_in_view = view.from_photo(box)
 
-        def poses(cameras: Sequence[Camera]) -> list[Outputs]:
-            return [_finite(o) for o in self.model.poses(view, box_in_view, known, cameras)]
+        def pose(of: ModelCategory) -> Posed:
+            fixed = None if source == "guessed" else camera
+            again = refine > 0
+            return self._posed(photo, view, box, of, fixed, again=again, vote=found is not None)
 
-        if source == "guessed":
-            camera, posed = best_camera(view, photo.width, photo.height, box_in_view, poses)
-            warnings = (guess_doubt(camera), *warnings)
+        rejected, score = BLANK if _is_blank(photo) else None, None
+        if wanted is not None and found is None:
+            known, posed = wanted, pose(wanted)
         else:
-            posed = poses((view.camera,))[0]
-        if refine > 0:
-            posed = self._looked_twice(posed, view.through(camera), box_in_view, known)
+            assert found is not None
+            first = wanted or self._recognise(together(*found.scores), None)[0]
+            posed = pose(first)
+            scores = together(*found.scores, *posed.scores)
+            rejected = rejected or _nothing_known(scores, self.categories)
+            known, score, doubts = self._recognise(scores, wanted)
+            warnings += found.doubts + doubts
+            if known != first:
+                posed = pose(known)
+        if source == "guessed":
+            warnings = (guess_doubt(posed.camera), *warnings)
+        camera, outputs = posed.camera, posed.outputs
         prediction = Prediction(
             image_path=None if photo.path is None else _text(photo.path),
             category=known.name,
@@ -198,15 +174,15 @@ class Predictor:
             box=box,
             camera=camera,
             camera_source=source,
-            parts=_parts(known, posed),
-            joints=_joints(known, posed),
+            parts=_parts(known, outputs),
+            joints=_joints(known, outputs),
             rejected=rejected,
             warnings=warnings,
             scale=Scale(spread=known.size_spread),
             photo=photo if photo.path is None else None,
         )
         if refine > 0:
-            prediction = self._refined(prediction, known, posed, view, photo, seen_at, refine)
+            prediction = self._refined(prediction, known, outputs, view, photo, seen_at, refine)
         if self._calibrated:
             own_mask = seen_at is None
             prediction = calibrated(prediction, known, own_mask=own_mask)
@@ -214,14 +190,51 @@ class Predictor:
         prediction = replace(prediction, warnings=(*prediction.warnings, *doubts))
         return _rescaled(prediction, size, depth)
 
-    def _looked_twice(self, posed: Outputs, view: View, box: Box, known: ModelCategory) -> Outputs:
-        """An estimate and another one, in a mirror, as one; where the category has a mirror."""
-        mirror = known.embedded and self._prior(known).mirror
-        if not mirror:
-            return posed
-        seen = _finite(self.model.pose(*in_mirror(view, box), known))
-        other = out_of_mirror(seen, mirror, tuple(joint.parent for joint in known.joints))
-        return between(self._bodies(known)[0], posed, other)
+    def _posed(
+        self,
+        photo: Photo,
+        view: View,
+        box: Box,
+        known: ModelCategory,
+        camera: Camera | None,
+        *,
+        again: bool,
+        vote: bool,
+    ) -> Posed:
+        """An object of a category, as it looks in a crop.
+
+        Args:
+            photo: Upright.
+            view: The crop.
+            box: The object's, in the photo.
+            known: The category.
+            camera: The photo's; None: it is guessed.
+            again: Whether to look a second time, in a mirror, and take the middle; of categories
+                without a mirror, only ...
+            vote: ... if every look is to name the category.
+        """
+        inside = view.from_photo(box)
+
+        def poses(cameras: Sequence[Camera]) -> list[Outputs]:
+            return [finite(o) for o in self.model.poses(view, inside, known, cameras)]
+
+        if camera is None:
+            camera, outputs = best_camera(view, photo.width, photo.height, inside, poses)
+        else:
+            outputs = poses((view.camera,))[0]
+        scores = (outputs[SCORES],)
+        if again:
+            mirrored = in_mirror(view.through(camera), inside)
+            mirror = known.embedded and self._prior(known).mirror
+            if mirror:
+                seen = finite(self.model.pose(*mirrored, known))
+                parents = tuple(joint.parent for joint in known.joints)
+                other = out_of_mirror(seen, mirror, parents)
+                outputs = between(self._bodies(known)[0], outputs, other)
+                scores += (seen[SCORES],)
+            elif vote:
+                scores += (finite(self.model.look(mirrored[0]))[SCORES],)
+        return Posed(outputs=outputs, camera=camera, scores=scores)
 
     def _refined(
         self,
@@ -266,7 +279,7 @@ class Predictor:
         return self._ready[category.name]
 
     def _recognise(
-        self, scores: NDArray[np.floating], wanted: ModelCategory | None
+        self, scores: Scores, wanted: ModelCategory | None
     ) -> tuple[ModelCategory, float, tuple[str, ...]]:
         """The category, its score, and what makes it doubtful."""
 
@@ -284,17 +297,11 @@ class Predictor:
         return wanted, score_of(wanted), (doubt,)
 
 
-def together(whole: NDArray[np.floating], crop: NDArray[np.floating]) -> NDArray[np.floating]:
-    """Scores of two looks as one: their geometric mean, which adds up to 1 again."""
-    both = np.sqrt(np.maximum(whole, 1e-6) * np.maximum(crop, 1e-6))
-    return both / both.sum()
-
-
 def _is_blank(photo: Photo) -> bool:
     return float(np.ptp(photo.pixels[::4, ::4], axis=(0, 1)).max()) <= BLANK_RANGE
 
 
-def _nothing_known(scores: NDArray[np.floating], categories: tuple[str, ...]) -> str | None:
+def _nothing_known(scores: Scores, categories: tuple[str, ...]) -> str | None:
     """Why a photo is rejected, by a model whose last score says that it shows no category."""
     doubt = float(scores[len(categories) :].sum())
     if doubt <= NOTHING_KNOWN:
@@ -366,15 +373,6 @@ def _rescaled(prediction: Prediction, size: float | None, depth: float | None) -
         return scaled
     doubt = f"the given {source} makes the object {factor:.2g} times as large as expected; metres?"
     return replace(scaled, warnings=(*scaled.warnings, doubt))
-
-
-def _finite(outputs: Outputs) -> Outputs:
-    if broken := [name for name, values in outputs.items() if not np.all(np.isfinite(values))]:
-        raise InputError(
-            f"the model gives no finite answer for this photo ({', '.join(broken)}); "
-            "check camera and box"
-        )
-    return outputs
 
 
 def _parts(category: ModelCategory, outputs: Outputs) -> tuple[PartEstimate, ...]:
