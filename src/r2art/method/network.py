@@ -418,8 +418,10 @@ class R2ArtNet(Network):
             alike = [name for name in taught if (name in self.known) is known]
             if not alike:
                 continue
-            at = torch.cat([torch.arange(each) + each * names.index(name) for name in alike])
-            at = at.to(p16.device)
+            rows = torch.arange(len(p16), device=p16.device).split(each)
+            at = torch.cat([rows[names.index(name)] for name in alike])
+            if len(alike) == len(names):
+                at = slice(None)  # nothing to copy
             if known:
                 reading = self.known_objects(crop[at])
             else:

@@ -238,4 +238,4 @@ def _category(data: dict[str, Any]) -> ModelCategory:
 
 def _decimal(values: NDArray[np.floating]) -> NDArray[np.floating]:
     """float32 as the shortest decimals that mean them: 0.1, not 0.10000000149011612."""
-    return values.astype(str).astype(np.float64)
+    return np.array([float(str(v)) for v in values.ravel()]).reshape(values.shape)

@@ -282,23 +282,20 @@ class Predictor:
         self, scores: Scores, wanted: ModelCategory | None
     ) -> tuple[ModelCategory, float, tuple[str, ...]]:
         """The category, its score, and what makes it doubtful."""
-
-        def score_of(category: ModelCategory) -> float:
-            return float(np.clip(scores[self.model.categories.index(category)], 0, 1))
-
-        best = max(self.model.categories, key=score_of)
+        known = self.model.categories
+        likely = np.clip(scores[: len(known)], 0, 1)
+        best = known[likely.argmax()]
         if wanted is None:
-            unsure = score_of(best) < UNSURE_CATEGORY
-            doubt = f"unsure that this is a {best.name} (score {score_of(best):.2f})"
-            return best, score_of(best), (doubt,) if unsure else ()
-        if best == wanted:
-            return wanted, score_of(wanted), ()
+            score = float(likely.max())
+            doubt = f"unsure that this is a {best.name} (score {score:.2f})"
+            return best, score, (doubt,) if score < UNSURE_CATEGORY else ()
         doubt = f"the model takes this for a {best.name}, not a {wanted.name}"
-        return wanted, score_of(wanted), (doubt,)
+        return wanted, float(likely[known.index(wanted)]), (doubt,) if best != wanted else ()
 
 
 def _is_blank(photo: Photo) -> bool:
-    return float(np.ptp(photo.pixels[::4, ::4], axis=(0, 1)).max()) <= BLANK_RANGE
+    channels = np.ascontiguousarray(photo.pixels[::4, ::4].transpose(2, 0, 1)).reshape(3, -1)
+    return int(np.ptp(channels, axis=1).max()) <= BLANK_RANGE
 
 
 def _nothing_known(scores: Scores, categories: tuple[str, ...]) -> str | None:
