@@ -76,8 +76,8 @@ def test_its_normalisation_is_alive_again(fresh, model_file, inputs):
     with torch.no_grad():
         _, evaluated = network.eval().features(images)
         _, trained = network.train().features(images)
-    torch.testing.assert_close(trained, evaluated, rtol=0.02, atol=0.02)
-    assert evaluated.std() > 0.1
+    torch.testing.assert_close(trained.p16, evaluated.p16, rtol=0.02, atol=0.02)
+    assert evaluated.p16.std() > 0.1
 
 
 def test_a_category_that_the_file_does_not_know_gets_fresh_heads(fresh, model_file, inputs):
@@ -88,7 +88,9 @@ def test_a_category_that_the_file_does_not_know_gets_fresh_heads(fresh, model_fi
     changed = {k for k, v in after.items() if not torch.equal(v, before[k])}
     assert "heads.laptop.joint.0.weight" in changed
     assert "trunk.conv_stem.weight" in changed
-    assert "category_logits.2.weight" not in changed  # two answers there, one here
+    theirs = exported.weights(model_file)["category_logits.2.weight"]
+    of_both = theirs[[1, 2]]  # of drawer, laptop, none
+    torch.testing.assert_close(after["category_logits.2.weight"], of_both)
 
 
 def test_a_file_without_the_objects_mask_leaves_that_head_fresh(
@@ -175,6 +177,6 @@ def test_only_a_model_of_the_same_network_is_blended_in(run, model_file, changed
         export(run, out, blend=changed(lambda w: w.ravel()))
     with pytest.raises(ModelError, match="cannot be blended in"):
         export(run, out, ["laptop"], blend=model_file)
-    with pytest.raises(UsageError, match="into a run"):
+    with pytest.raises(UsageError, match="goes together with a run"):
         export(model_file, out, blend=model_file)
     assert not out.exists()

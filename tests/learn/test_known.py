@@ -220,8 +220,8 @@ def test_a_model_file_says_where_they_are(known_run, known_model, known_photos):
         with torch.no_grad():
             x = torch.from_numpy(image).permute(0, 3, 1, 2).float() / 127.5 - 1
             expected = network.keypoints(NAME, network.features(x)[1])
-        np.testing.assert_allclose(uv, expected.uv, atol=0.05)  # px; weights are halved
-        np.testing.assert_allclose(deviation, expected.log_deviation.exp(), rtol=1e-2)
+        np.testing.assert_allclose(uv, expected.uv, atol=0.3)  # px: weights are bytes
+        np.testing.assert_allclose(deviation, expected.log_deviation.exp(), rtol=3e-2)
 
 
 def test_a_prediction_is_fitted_to_them(known_model, known_data):
