@@ -136,10 +136,8 @@ def adopt(network: Network, trained: Network) -> None:
         )
     fitting |= matched_answers(ours, theirs, network.names, trained.names)
     network.load_state_dict(ours | fitting)
-    if isinstance(network, R2ArtNet) and not any(
-        k.startswith("known_objects.trunk.") for k in theirs
-    ):
-        network.start_known_objects()
+    if isinstance(network, R2ArtNet):
+        network.start_known_objects(theirs)
 
 
 def facts(folder: Path) -> dict[str, Any]:

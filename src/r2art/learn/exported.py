@@ -69,8 +69,7 @@ def load_exported(network: R2ArtNet, path: Path, inputs: Sequence[Any]) -> None:
     network.load_state_dict(state | fitting)
     for asked in _for_each_category(network, inputs):
         unfold_normalisation(network, *asked, only=folded)
-    if not any(k.startswith("known_objects.trunk.") for k in given):
-        network.start_known_objects()
+    network.start_known_objects(given)
 
 
 def matched_answers(

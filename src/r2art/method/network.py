@@ -12,7 +12,7 @@ which look for their keypoints (`r2art.method.keypoints`), and the branches read
 """
 
 import math
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, cast
 
@@ -349,9 +349,14 @@ class R2ArtNet(Network):
         norms = (m for m in self.photo_summary.modules() if isinstance(m, nn.BatchNorm2d))
         return [*shared, *others, *norms]
 
-    def start_known_objects(self) -> None:
-        """Let the trunk of known objects go on from what the other has learned."""
-        if self.known:
+    def start_known_objects(self, learned: Collection[str] = ()) -> None:
+        """Let the trunk of known objects go on from what the other has learned.
+
+        Args:
+            learned: Names of parameters that have been taken over; with that trunk's among them,
+                it stays as it is.
+        """
+        if self.known and not any(k.startswith("known_objects.trunk.") for k in learned):
             self.known_objects.trunk.load_state_dict(self.trunk.state_dict())
 
     def train(self, mode: bool = True) -> "R2ArtNet":

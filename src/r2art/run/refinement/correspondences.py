@@ -5,7 +5,7 @@ Errors are distances in the photo in units of that; far ones count as little mor
 distance does (a pseudo-Huber), for some places are simply taken for others.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -34,16 +34,6 @@ class Correspondences:
     coordinates: FloatArray
     uv: FloatArray
     deviation: FloatArray
-
-    def beside(self, other: "Correspondences") -> "Correspondences":
-        """The places of both."""
-        return Correspondences(
-            **{k: np.concatenate([v, vars(other)[k]]) for k, v in vars(self).items()}
-        )
-
-    def times(self, factor: float) -> "Correspondences":
-        """Deviations so many times as large."""
-        return replace(self, deviation=factor * self.deviation)
 
 
 def correspondence_errors(

@@ -23,10 +23,8 @@ from r2art.run.refinement.uncertainty import Uncertainty
 
 FloatArray = NDArray[np.floating]
 
-# Of the network's estimate; chosen on rendered validation photos, as are those below.
+# Of the network's estimate; not tuned, as no network has learned keypoints to its end yet.
 OF_NETWORK = Uncertainty(rotation=0.4, place=0.03, log_depth=0.08, joint=0.2)
-TRUST = 1.0
-"""Factor on the deviations that the network states of keypoints."""
 STARTS = 16
 ROUNDS = 5
 """Steps of this fit for each that is asked for: they are cheap, and the way is long."""
@@ -85,7 +83,7 @@ def located(
         part=np.repeat(np.arange(len(share)), share.shape[1]),
         coordinates=share.reshape(-1, 3),
         uv=uv,
-        deviation=TRUST * deviation,
+        deviation=deviation,
     )
 
 
